@@ -213,9 +213,21 @@ def check_exports(folder):
     assert abs(peak.real) < 0.1 * abs(peak)
     written = export_responses(folder, to, "pvd")
     assert len(written) == response.sizes["force"]
-    motion = meshio.read(to / f"{of_response}_{float(response['force_level'][-1]):g}/008.vtu")
-    largest = np.linalg.norm(motion.point_data["displacement"], axis=1).max()
-    # the motion lags by a quarter of a period, and is largest in its middle
-    assert largest == pytest.approx(float(response["peak_amplitude"][-1]), rel=0.1)
-    state = motion.point_data["contact_state"]
-    assert set(state[~np.isnan(state)]) == set(response["contact_state"][-1].to_numpy())
+    assembly = dataset.load(folder / "results/assemblies/mine/assembly.nc")
+    of_last = to / f"{of_response}_{float(response['force_level'][-1]):g}"
+    motion = [meshio.read(of_last / f"{instant:03d}.vtu").point_data for instant in range(16)]
+    output = [at["displacement"][int(assembly["response_node"]), 2] for at in motion]
+    # the first harmonic of the output point
+    amplitude = 2 * abs(np.fft.rfft(output)[1]) / 16
+    assert amplitude == pytest.approx(float(response["peak_amplitude"][-1]), rel=1e-5)
+    joint = dataset.load(folder / path.split("/linear")[0] / "joint.nc")
+    place = joint["element_position"][0].to_numpy()
+    (pair,) = np.flatnonzero(abs(assembly["position"] - place).max("axis") < 1e-9)
+    node = int(assembly["pair_node"].sel(side="A")[pair])
+    assert motion[0]["contact_state"][node] == int(response["contact_state"][-1, 0])
+    # a case that is configured no more is not drawn, and says so
+    case = folder / "config/cases/mine.yaml"
+    case.rename(case.with_name("other.yaml"))
+    with pytest.raises(ValueError, match="its configuration cannot be read"):
+        export_responses(folder, to, "pvd")
+    case.with_name("other.yaml").rename(case)

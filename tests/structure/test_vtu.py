@@ -6,6 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
+from boltjoint.harmonics import Components
 from boltjoint.structure.vtu import write_mesh, write_modes, write_period, write_preload
 
 
@@ -49,15 +50,18 @@ def test_contact_as_a_surface(assembly, coarse, preload, tmp_path):
 
 
 def test_a_period_as_a_time_series(assembly, modes, tmp_path):
-    motion = np.random.default_rng(3).normal(size=(3, modes.sizes["mode"]))
+    components = Components.up_to(3)
+    motion = np.random.default_rng(3).normal(size=(len(components), modes.sizes["mode"]))
     state = np.full(assembly.sizes["pair"], np.nan)
     state[[0, 2]] = 1, 3
-    write_period(assembly, modes, motion, 50.0, state, tmp_path / "peak.pvd", instants=8)
+    at_50_Hz = motion, components, 50.0, state, tmp_path / "peak.pvd"
+    write_period(assembly, modes, *at_50_Hz, instants=8)
     steps = ElementTree.parse(tmp_path / "peak.pvd").getroot().findall("Collection/DataSet")
     assert [float(step.get("timestep")) for step in steps] == pytest.approx(np.arange(8) / 400)
     shape = modes["mode_shape"].transpose("mode", "node", "axis").to_numpy()
-    # after a quarter of the period the sine is one, after a half the cosine is minus one
-    for place, expected in ((2, motion[0] + motion[1]), (4, motion[0] - motion[2])):
+    mean, sine, cosine, _, cosine2, sine3, cosine3 = motion
+    quarter, half = mean + sine - cosine2 - sine3, mean - cosine + cosine2 - cosine3
+    for place, expected in ((2, quarter), (4, half)):
         read = meshio.read(tmp_path / steps[place].get("file"))
         displacement = np.einsum("m,mna->na", expected, shape)
         size = abs(displacement).max()
@@ -67,9 +71,7 @@ def test_a_period_as_a_time_series(assembly, modes, tmp_path):
     pair = assembly["pair_node"].sel(side="A").to_numpy()
     np.testing.assert_array_equal(read.point_data["contact_state"][pair], state)
     with pytest.raises(ValueError, match="has no nodes"):
-        write_period(
-            assembly, modes.drop_vars("mode_shape"), motion, 50.0, state, tmp_path / "peak.pvd"
-        )
+        write_period(assembly, modes.drop_vars("mode_shape"), *at_50_Hz)
 
 
 def test_bytes_repeat(assembly, modes, preload, tmp_path):

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 #: surface where none is named
 SURFACE = "contact"
 
+#: points closer than this [m] are one
+SAME_POINT = 1e-9
+
 #: length of the mean of unit vectors below which they have no direction in common
 _NO_DIRECTION = 1e-6
 
@@ -152,3 +155,27 @@ def _direction(vectors: Array) -> Array:
     if np.linalg.norm(mean) < _NO_DIRECTION:
         mean = vectors[np.argmax(np.linalg.norm(vectors, axis=1))]
     return mean / np.linalg.norm(mean)
+
+
+def pairs_of_elements(position: Array, joint: xr.Dataset) -> NDArray[np.int64]:
+    """The contact pair that each element of a joint sits on, shape (elements,).
+
+    Parameters
+    ----------
+    position
+        Positions of all pairs [m], shape (pairs, 3).
+    joint
+        With ``element_position`` (element, axis).
+
+    Raises
+    ------
+    ValueError
+        If an element sits on none.
+    """
+    from scipy.spatial import KDTree  # takes long to import
+
+    element = joint["element_position"].transpose("element", "axis").to_numpy()
+    distance, pair = KDTree(position).query(element)
+    if distance.max() > SAME_POINT:
+        raise ValueError(f"{np.sum(distance > SAME_POINT)} elements lie on no contact pair")
+    return np.asarray(pair)

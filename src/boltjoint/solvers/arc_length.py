@@ -309,7 +309,7 @@ class CornerTracer(Tracer):
     def sample_end(self, solution: Solution, length: float) -> None:
         """As of ``Tracer``."""
         if self.maxima is not None:
-            self.maxima.sample(self.predictor, length)
+            self.maxima.sample(self.predictor._replace(x=solution.x, p=solution.p), length)
 
     def stop(self, reason: str) -> bool:
         """End the branch; of several, the first one followed is kept."""

@@ -247,7 +247,7 @@ class LaggedCorrector:
         end: Origin | Predictor,
         step_length: float,
     ) -> Arc:
-        """The branch from one solution towards the next, at the length of the step between them.
+        """The branch from one solution towards the next, the distance as in the step between them.
 
         By the full equations from a solution of these, else each point in the basis of its own.
         """

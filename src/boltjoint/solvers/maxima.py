@@ -75,75 +75,89 @@ class Maxima:
 
     def sample(self, origin: Any, length: float) -> None:  # noqa: ANN401 - of the tracer
         """Compare the last solution of the branch, at the end of a step, with those before it."""
-        index = len(self.branch.solutions) - 1
-        before = [sample for sample in self._samples if sample.place < index]
-        self._samples = [*before, _Sample(index, origin, length)][-_COMPARED:]
-        while any(self._improve(place) for place in range(1, len(self._samples) - 1)):
+        solutions = self.branch.solutions
+        index = len(solutions) - 1
+        # a branch that returned to a corner has others after it, and some of those before
+        before = [
+            each
+            for each in self._samples
+            if each.place < index and solutions[each.place] is each.solution
+        ]
+        self._samples = [*before, _Sample(index, solutions[index], origin, length)][-_COMPARED:]
+        while any(self._improve(at) for at in range(1, len(self._samples) - 1)):
             pass
 
-    def _improve(self, place: int) -> bool:
+    def _improve(self, at: int) -> bool:
         """Locate the maximum at a sample that is highest of three; whether anything changed."""
-        first, middle, last = self._samples[place - 1 : place + 2]
-        values = [self._value(sample.place) for sample in (first, middle, last)]
+        first, middle, last = self._samples[at - 1 : at + 2]
+        values = [self._value(sample.solution) for sample in (first, middle, last)]
         if not values[1] >= max(values) or min(values) == max(values):
             return False
         between = self.branch.solutions[first.place + 1 : last.place]
-        if any(s.located and self.quantity.value(s.x) >= values[1] for s in between):
+        if any(solution.located and self._value(solution) >= values[1] for solution in between):
             return False
-        if any([self._correct(at) for at in range(place - 1, place + 2)]):
-            return True
-        self._refine(first, middle, last)
+        if not any([self._correct(near) for near in (at - 1, at, at + 1)]):
+            self._refine(at)
         return True
 
-    def _correct(self, place: int) -> bool:
+    def _correct(self, at: int) -> bool:
         """Correct a sample in a reduced basis, unless that was tried; whether it is another now."""
-        sample, solutions = self._samples[place], self.branch.solutions
-        solution = solutions[sample.place]
+        sample = self._samples[at]
+        solution = sample.solution
         if self._correction is None or sample.is_tried or not solution.reduced or solution.located:
             return False
-        self._samples[place] = sample._replace(is_tried=True)
+        self._samples[at] = sample._replace(is_tried=True)
         corrected = self._correction(sample.origin)
         if corrected is None:
             return False
         exact, origin = corrected
-        solutions[sample.place] = exact._replace(iterations=solution.iterations)
-        self._samples[place] = self._samples[place]._replace(origin=origin)
+        self._put(at, exact._replace(iterations=solution.iterations))
+        self._samples[at] = self._samples[at]._replace(origin=origin)
         return True
 
-    def _refine(self, first: "_Sample", middle: "_Sample", last: "_Sample") -> None:
+    def _put(self, at: int, solution: Solution) -> None:
+        """Put another solution in place of a sample's."""
+        sample = self._samples[at]
+        self.branch.solutions[sample.place] = solution
+        self._samples[at] = sample._replace(solution=solution)
+
+    def _refine(self, at: int) -> None:
         """Locate a maximum between three successive solutions of which the middle is highest."""
-        solutions = self.branch.solutions
+        first, middle, last = self._samples[at - 1 : at + 2]
         steps = [
             (self._arc_between(begin.origin, end.origin, end.length), end)
             for begin, end in ((first, middle), (middle, last))
         ]
-        highest, at = None, middle.place
+        highest, before = None, middle.place
         for arc, end in steps:
             located = _highest(arc, end.length, self.tolerance * end.length)
             if located is not None and (highest is None or located.value > highest.value):
-                highest, at = located, end.place
-        for arc, end in steps:
+                highest, before = located, end.place
+        for place, (arc, end) in enumerate(steps, at):
             # a solution higher than the maximum beside it is less accurate: correct it
-            if highest is None or highest.value < self._value(end.place):
+            if highest is None or highest.value < self._value(end.solution):
                 corrected = arc(end.length)
                 if corrected is not None:
-                    solutions[end.place] = corrected.solution
-        if highest is None or highest.value < self._value(middle.place):
-            solutions[middle.place] = solutions[middle.place]._replace(located=True)
+                    self._put(place, corrected.solution)
+        middle = self._samples[at]
+        if highest is None or highest.value < self._value(middle.solution):
+            self._put(at, middle.solution._replace(located=True))
             return
-        solutions.insert(at, highest.solution._replace(located=True))
+        self.branch.solutions.insert(before, highest.solution._replace(located=True))
         self._samples = [
-            sample._replace(place=sample.place + (sample.place >= at)) for sample in self._samples
+            sample._replace(place=sample.place + (sample.place >= before))
+            for sample in self._samples
         ]
 
-    def _value(self, index: int) -> float:
-        return self.quantity.value(self.branch.solutions[index].x)
+    def _value(self, solution: Solution) -> float:
+        return self.quantity.value(solution.x)
 
 
 class _Sample(NamedTuple):
-    """A solution by its place on the branch, and the length of the step that ends there."""
+    """A solution and its place on the branch, and the length of the step that ends there."""
 
     place: int
+    solution: Solution
     origin: Any
     length: float
     is_tried: bool = False

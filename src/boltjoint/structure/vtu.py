@@ -1,5 +1,6 @@
 """Mesh, modes and contact as VTU files for ParaView, deterministic to the byte."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import meshio
@@ -8,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.harmonics import Components
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 
 Array = NDArray[np.float64]
@@ -97,6 +99,7 @@ def write_period(
     assembly: xr.Dataset,
     modes: xr.Dataset,
     motion: Array,
+    components: Components,
     frequency: float,
     contact_state: Array,
     path: str | Path,
@@ -105,15 +108,16 @@ def write_period(
 ) -> None:
     """Write a period of motion as a time series: a PVD file, and beside it a VTU file an instant.
 
-    Each has the ``displacement`` [m] of the nodes from where the preload holds them, and the
-    ``contact_state`` of the pairs over the period (``friction.contact_states``).
+    Each has the ``displacement`` [m] of the nodes from where the preload holds them, under base
+    excitation relative to the supports, and the ``contact_state`` of the pairs over the period
+    (``friction.contact_states``).
 
     Parameters
     ----------
     assembly, modes
         As for ``write_modes``, with nodes.
-    motion
-        Mean, sine and cosine of the modal coordinates [kg^1/2 m], shape (3, modes).
+    motion, components
+        Modal coordinates by component [kg^1/2 m], shape (components, modes).
     frequency
         Of the motion [Hz].
     contact_state
@@ -131,18 +135,17 @@ def write_period(
     if "mode_shape" not in modes or "coordinate" not in assembly:
         raise ValueError("the structure has no nodes: its motion cannot be drawn")
     shape = _of(assembly, "node", modes["mode_shape"].transpose("mode", "node", "axis"), 1)
-    motion = checks.array("motion", motion, (3, modes.sizes["mode"]))
+    motion = checks.array("motion", motion, (len(components), modes.sizes["mode"]))
     contact_state = checks.array(
         "contact_state", contact_state, (assembly.sizes["pair"],), finite=False
     )
     period = 1 / checks.number("frequency", frequency, above=0)
     instants = checks.whole("instants", instants, above=0)
     path = Path(path)
-    mean, sine, cosine = np.einsum("cm,mna->cna", motion, shape)
     entries = []
-    for i, phase in enumerate(2 * np.pi * np.arange(instants) / instants):
+    for i, coordinate in enumerate(components.at_samples(instants).T @ motion):
         file = f"{path.stem}/{i:03d}.vtu"
-        displacement = mean + np.sin(phase) * sine + np.cos(phase) * cosine
+        displacement = np.tensordot(coordinate, shape, 1)
         of_nodes = {"displacement": displacement.astype(np.float32)}
         _write(path.parent / file, assembly, of_nodes, {"contact_state": contact_state})
         entries.append(f'<DataSet timestep="{period * i / instants:.9g}" file="{file}"/>')
@@ -154,8 +157,8 @@ def write_period(
 def _write(
     path: str | Path,
     assembly: xr.Dataset,
-    of_points: dict[str, Array],
-    of_pairs: dict[str, Array] | None = None,
+    of_points: Mapping[str, NDArray],
+    of_pairs: Mapping[str, NDArray] | None = None,
 ) -> None:
     """Write quantities of the nodes, where there are any, else of the pairs; of pairs others."""
     point, cells, parts = np.zeros((0, 3)), [], []
@@ -188,7 +191,7 @@ def _write(
     mesh.write(path, file_format="vtu")
 
 
-def _spread(value: Array, place: NDArray[np.int64], points: int) -> Array:
+def _spread(value: NDArray, place: NDArray[np.int64], points: int) -> NDArray:
     """A quantity at all points, of some of them; NaN at others."""
     whole = np.full((points, *value.shape[1:]), np.nan, np.result_type(value, np.float32))
     whole[place] = value

@@ -1,5 +1,6 @@
 """Responses of a study for other programs: CSV, MATLAB and universal files, motion for ParaView."""
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 
@@ -7,20 +8,21 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from boltjoint import checks, dataset
 from boltjoint.config.study import load_study
+from boltjoint.config.types import ConfigError
 from boltjoint.harmonics import Components
+from boltjoint.joint.surface_places import pairs_of_elements
 from boltjoint.names import REFERENCE
 from boltjoint.structure.vtu import write_period
+from boltjoint.study import layout
+
+logger = logging.getLogger(__name__)
 
 _CASES = "results/cases"
 #: every response, and those of all contact pairs in linear modes, whose motion the bodies have
 _EVERY, _OF_PAIRS = "**/response.nc", f"*/*/{'/'.join(REFERENCE)}/*/response.nc"
-
-#: distance of an element from its pair, over the extent of the contact
-_SAME_PLACE = 1e-9
 
 #: of each peak, in files that have it
 _OF_PEAKS = (
@@ -54,17 +56,21 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     Raises
     ------
     ValueError
-        If the form is not known, there is no response, or pyuff is not installed; if a motion is
-        asked for of a structure without nodes.
+        If the form is not known, there is no response, or none can be written in it, as without
+        pyuff, or of a structure without nodes; what others are written without is logged.
     """
     write, cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
-    written = []
+    written, reason = [], f"{cases} has no response.nc: run the study first"
     for path in sorted(cases.glob(_OF_PAIRS if write is _write_pvd else _EVERY)):
         name = "_".join(path.relative_to(cases).parent.parts)
         Path(to).mkdir(parents=True, exist_ok=True)
-        written += write(Path(to) / name, path)
+        try:
+            written += write(Path(to) / name, path)
+        except (_NotDrawnError, OSError) as problem:
+            reason = f"{name}: {problem}"
+            logger.warning("not written: %s", reason)
     if not written:
-        raise ValueError(f"{cases} has no response.nc: run the study first")
+        raise ValueError(reason)
     return written
 
 
@@ -184,13 +190,27 @@ def _write_uff(stem: Path, path: Path) -> list[Path]:
     return [file]
 
 
+class _NotDrawnError(ValueError):
+    """Why the motion of a response is not drawn, as those of others may be."""
+
+
 def _write_pvd(stem: Path, path: Path) -> list[Path]:
     """A period of motion at each peak, with the harmonics that the response was solved with."""
     response, joint = _response_and_joint(path)
-    basis, case, _, results, folder = path.parents[3:8]
-    of_assembly = results / "assemblies" / load_study(folder).case(case.name).assembly
-    assembly = dataset.load(of_assembly / "assembly.nc")
-    modes = dataset.load(of_assembly / basis.name / "modes.nc")
+    basis, case, *_, folder = (path.parents[place] for place in range(3, 8))
+    try:
+        # whether it is one that runs or not
+        name = load_study(folder, {"cases": [case.name]}).case(case.name).assembly
+    except ConfigError as problem:
+        raise _NotDrawnError(f"its configuration cannot be read: {problem}") from None
+    assembly, modes = (
+        dataset.load(folder / layout.path(kind, assembly=name, basis=basis.name))
+        for kind in ("assembly", "modes")
+    )
+    if "mode_shape" not in modes:
+        raise _NotDrawnError("the structure has no nodes")
+    pair = pairs_of_elements(assembly["position"].to_numpy(), joint)
+    components = Components(map(str, response["component"].to_numpy()))
     files = []
     for place, force in enumerate(response["force_level"].to_numpy()):
         at = response.isel(force=place)
@@ -198,29 +218,15 @@ def _write_pvd(stem: Path, path: Path) -> list[Path]:
         peak = np.flatnonzero(of_force & (response["frequency"] == at["peak_frequency"]))
         if not peak.size:
             continue
-        motion = response["modal_coordinate"].isel(solution=peak[0])
+        motion = response["modal_coordinate"].isel(solution=peak[0]).transpose("component", "mode")
+        state = np.full(assembly.sizes["pair"], np.nan)
+        state[pair] = at["contact_state"]
         files.append(stem.with_name(f"{stem.name}_{force:g}.pvd"))
-        write_period(
-            assembly,
-            modes,
-            motion.sel(component=["bias", "sin", "cos"]).transpose("component", "mode").to_numpy(),
-            float(at["peak_frequency"]),
-            _state_by_pair(assembly, joint, at["contact_state"].to_numpy()),
-            files[-1],
-        )
+        frequency = float(at["peak_frequency"])
+        write_period(assembly, modes, motion.to_numpy(), components, frequency, state, files[-1])
+    if not files:
+        raise _NotDrawnError("no level has a peak")
     return files
-
-
-def _state_by_pair(
-    assembly: xr.Dataset, joint: xr.Dataset, state: NDArray[np.int8]
-) -> NDArray[np.float64]:
-    """Contact states of elements by the pairs at whose place they are, NaN at others."""
-    place = assembly["position"].to_numpy()
-    distance, pair = KDTree(place).query(joint["element_position"].to_numpy())
-    is_there = distance <= _SAME_PLACE * np.ptp(place, axis=0).max()
-    of_pairs = np.full(len(place), np.nan)
-    of_pairs[pair[is_there]] = state[is_there]
-    return of_pairs
 
 
 _FORMS: dict[str, Callable[[Path, Path], list[Path]]] = {

@@ -184,7 +184,7 @@ def find_stability(
         Where it is found, and how.
     holds
         Solutions for which the balance holds, shape (solutions,), by default all: the motions of
-        others are not known.
+        others are not known. Where some that are folded do, the branch is followed from all.
     """
     holds = np.ones(frequency.size, bool) if holds is None else holds
     multiplier, harmonics = np.full(frequency.size, np.nan), np.zeros(frequency.size, np.int64)

@@ -9,14 +9,12 @@ import xarray as xr
 from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
-from boltjoint.joint.surface_places import SurfacePlaces
+from boltjoint.joint.surface_places import SAME_POINT, SurfacePlaces, pairs_of_elements
 from boltjoint.report.figures.style import MM
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 
 #: distance of surfaces that are drawn one above the other, over the side of the largest square
 _APART = 3.0
-#: points closer than this [m] are one
-SAME_POINT = 1e-9
 
 
 def positions_of(dataset: xr.Dataset, name: str, along: str) -> NDArray[np.float64]:
@@ -177,13 +175,7 @@ class ContactSurface:
 
     def pairs_at(self, joint: xr.Dataset) -> NDArray[np.int64]:
         """The pair that each element of a joint sits on, shape (elements,)."""
-        from scipy.spatial import KDTree  # takes long to import
-
-        element = positions_of(joint, "element_position", "element")
-        distance, pair = KDTree(self.position).query(element)
-        if distance.max() > SAME_POINT:
-            raise ValueError(f"{np.sum(distance > SAME_POINT)} elements lie on no contact pair")
-        return pair
+        return pairs_of_elements(self.position, joint)
 
     def area_of(self, pairs: Sequence[int] | NDArray[np.int64]) -> Shape:
         """The area of some pairs, as one shape."""
