@@ -93,6 +93,15 @@ def test_maxima_on_the_rough_flanks_of_a_lagged_basis_are_those_of_the_full_equa
         assert branch.frequency[branch.peak] == pytest.approx(linear.frequency[linear.peak], 1e-9)
 
 
+@pytest.mark.parametrize("index", [262, 945])
+def test_no_solution_beside_corrected_ones_is_higher_than_the_peak(index):
+    """Those of 945 were too high along a flank; what is highest of 262 was taken for no maximum."""
+    branch = solve("variable", "complex-rdnm-1", index, seed=888031)
+    linear = solve("variable", "linear", index, seed=888031)
+    assert not branch["missed"]
+    assert branch["peak"] == pytest.approx(linear["peak"], rel=1e-8)
+
+
 def test_a_loop_between_two_corners_ends_when_it_closes(monkeypatch):
     """The full equations are followed at the corners alone, and know of those before."""
     branches, trace = [], lagged_continuation.trace

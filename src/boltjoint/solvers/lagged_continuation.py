@@ -58,6 +58,8 @@ def trace(
         maxima = Maxima(branch, maximise, arc, control.peak_tolerance, corrector.exact)
     tracer = LaggedTracer(corrector, window, branch, maxima)
     tracer.follow(start, window[0] if begin is None else begin)
+    if corrector.full is not None and maximise is not None:
+        _polish_maxima(branch, maximise, corrector)
     return branch
 
 
@@ -199,3 +201,30 @@ class LaggedTracer(Tracer):
     def _sample(self, length: float) -> None:
         if self.maxima is not None:
             self.maxima.sample(self.corrector.origin, length)
+
+
+def _polish_maxima(branch: SolutionBranch, quantity: Quantity, corrector: LaggedCorrector) -> None:
+    """Solve the full equations wherever a solution in the basis is higher than both neighbours.
+
+    Beside those corrected as the branch was followed the error of others makes them higher, one
+    after another. What is still higher than both neighbours then is a maximum.
+    """
+    solutions, tried = branch.solutions, set[int]()
+    while True:
+        values = [quantity.value(solution.x) for solution in solutions]
+        highs = [
+            i for i in range(1, len(values) - 1) if values[i] >= max(values[i - 1], values[i + 1])
+        ]
+        near = {i + step for i in highs for step in (-1, 0, 1)} - tried
+        if not near:
+            break
+        tried |= near
+        for i in near:
+            solution = solutions[i]
+            if solution.reduced and not solution.located:
+                along = np.append(np.zeros_like(solution.x), 1.0)
+                exact = corrector.exact(Origin(solution.x, solution.p, along))
+                if exact is not None:
+                    solutions[i] = exact[0]._replace(iterations=solution.iterations)
+    for i in highs:
+        solutions[i] = solutions[i]._replace(located=True)
