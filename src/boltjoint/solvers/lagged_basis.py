@@ -18,7 +18,14 @@ from typing import NamedTuple
 import numpy as np
 
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
-from boltjoint.solvers.equations import Equations, Quantity, Solution, StepControl, Vector
+from boltjoint.solvers.equations import (
+    Equations,
+    Matrix,
+    Quantity,
+    Solution,
+    StepControl,
+    Vector,
+)
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
 from boltjoint.solvers.newton import newton
 
@@ -228,17 +235,26 @@ class LaggedCorrector:
     def exact(self, origin: Origin) -> tuple[Solution, Predictor] | None:
         """The solution of the full equations at the parameter of an origin, and its predictor.
 
+        None where there is none near.
+        """
+        exact = self.exact_near(origin.q, origin.p)
+        if exact is None or self.full is None:
+            return None
+        solution, jacobian = exact
+        predictor = self.full.predictor(solution.x, solution.p, jacobian, origin.direction)
+        return solution, predictor
+
+    def exact_near(self, q: Vector, p: float) -> tuple[Solution, Matrix] | None:
+        """The solution of the full equations at a parameter, and their Jacobian.
+
         None where there are no full equations, or their solution is another one.
         """
         if self.full is None:
             return None
-        solution, jacobian = newton(self.full.equations, origin.q, origin.p, self.control)
-        change = np.linalg.norm(solution.x - origin.q)
-        limit = self.control.lagged.largest_correction * np.linalg.norm(origin.q)
-        if not solution.converged or change > limit:
-            return None
-        x, p, direction = solution.x, solution.p, origin.direction
-        return solution, self.full.predictor(x, p, jacobian, direction)
+        solution, jacobian = newton(self.full.equations, q, p, self.control)
+        change = np.linalg.norm(solution.x - q)
+        limit = self.control.lagged.largest_correction * np.linalg.norm(q)
+        return (solution, jacobian) if solution.converged and change <= limit else None
 
     def arc_between(
         self,

@@ -222,8 +222,7 @@ def _polish_maxima(branch: SolutionBranch, quantity: Quantity, corrector: Lagged
         for i in near:
             solution = solutions[i]
             if solution.reduced and not solution.located:
-                along = np.append(np.zeros_like(solution.x), 1.0)
-                exact = corrector.exact(Origin(solution.x, solution.p, along))
+                exact = corrector.exact_near(solution.x, solution.p)
                 if exact is not None:
                     solutions[i] = exact[0]._replace(iterations=solution.iterations)
     for i in highs:

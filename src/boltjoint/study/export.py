@@ -59,9 +59,9 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
         If the form is not known, there is no response, or none can be written in it, as without
         pyuff, or of a structure without nodes; what others are written without is logged.
     """
-    write, cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
+    (places, write), cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
     written, reason = [], f"{cases} has no response.nc: run the study first"
-    for path in sorted(cases.glob(_OF_PAIRS if write is _write_pvd else _EVERY)):
+    for path in sorted(cases.glob(places)):
         name = "_".join(path.relative_to(cases).parent.parts)
         Path(to).mkdir(parents=True, exist_ok=True)
         try:
@@ -229,9 +229,10 @@ def _write_pvd(stem: Path, path: Path) -> list[Path]:
     return files
 
 
-_FORMS: dict[str, Callable[[Path, Path], list[Path]]] = {
-    "csv": _write_csv,
-    "mat": _write_mat,
-    "uff": _write_uff,
-    "pvd": _write_pvd,
+#: where the responses of each form are, and what writes one of them
+_FORMS: dict[str, tuple[str, Callable[[Path, Path], list[Path]]]] = {
+    "csv": (_EVERY, _write_csv),
+    "mat": (_EVERY, _write_mat),
+    "uff": (_EVERY, _write_uff),
+    "pvd": (_OF_PAIRS, _write_pvd),
 }

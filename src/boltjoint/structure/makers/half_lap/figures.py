@@ -18,9 +18,9 @@ from matplotlib.patches import Patch, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Shape
 from numpy.typing import NDArray
 
+from boltjoint.joint.surface_places import SAME_POINT
 from boltjoint.report.figures.contact import set_plan_view
 from boltjoint.report.figures.outlines import (
-    SAME_POINT,
     ContactSurface,
     closed_shape,
     outer_faces,
