@@ -29,7 +29,8 @@ from boltjoint.friction.aft import AlternatingFrequencyTime, elements_of
 from boltjoint.solvers.arc_length import CornerTracer
 from boltjoint.solvers.corrector import Corrector
 from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch, StepControl
-from boltjoint.solvers.newton import newton
+from boltjoint.solvers.linear_solvers import LARGE
+from boltjoint.solvers.newton import NewtonKrylov, newton
 
 #: a smaller relative change of the frequency between two solutions is rounding
 _ROUNDING = 1e-12
@@ -145,6 +146,7 @@ class FoldedBranch:
         )
         self._equations, self._of_few = _Counted(self.balance), balance.components
         self._guiding = _Counted(coarse)
+        self._solvers: dict[tuple[_Counted, int], NewtonKrylov] = {}
         self._frequency, self._x = frequency, x
         self._whole: SolutionBranch | None = None
         self._parts = self._follow(folds)
@@ -231,7 +233,7 @@ class FoldedBranch:
     def _end(self, place: int) -> Solution:
         """The motion at one of the solutions where there is one at its frequency."""
         guess, w = self._with_all_harmonics(self._x[place]), 2 * np.pi * self._frequency[place]
-        return newton(self._guiding, guess, float(w), _FROM_FEW)[0]
+        return self._newton(self._guiding, guess, float(w), _FROM_FEW)
 
     def _trace(self, begin: Solution, end: float) -> SolutionBranch:
         """From a motion to a frequency [rad/s], or until it is lost among corners."""
@@ -248,11 +250,23 @@ class FoldedBranch:
 
     def _solve(self, guesses: Sequence[Array], w: float, control: StepControl) -> list[Array]:
         """Motions at a frequency [rad/s] near guesses, without those that are not found."""
-        coarse = [newton(self._guiding, guess, w, control)[0] for guess in guesses]
+        coarse = [self._newton(self._guiding, guess, w, control) for guess in guesses]
         solutions = [
-            newton(self._equations, guess.x, w, _CONTROL)[0] for guess in coarse if guess.converged
+            self._newton(self._equations, guess.x, w, _CONTROL)
+            for guess in coarse
+            if guess.converged
         ]
         return [solution.x for solution in solutions if solution.converged]
+
+    def _newton(
+        self, equations: "_Counted", guess: Array, w: float, control: StepControl
+    ) -> Solution:
+        """The solution near a guess: of many unknowns by the factors of one near it."""
+        if guess.size < LARGE:
+            return newton(equations, guess, w, control)[0]
+        key = equations, control.maximum_iterations
+        solver = self._solvers.setdefault(key, NewtonKrylov(equations, control))
+        return solver.solve(guess, w)
 
     def _order(self, place: int) -> tuple[int, int]:
         """How often the branch of few harmonics passes the frequency of a solution before it.
