@@ -237,24 +237,32 @@ class LaggedCorrector:
 
         None where there is none near.
         """
-        exact = self.exact_near(origin.q, origin.p)
+        exact = self.exact_near(*origin)
         if exact is None or self.full is None:
             return None
         solution, jacobian = exact
         predictor = self.full.predictor(solution.x, solution.p, jacobian, origin.direction)
         return solution, predictor
 
-    def exact_near(self, q: Vector, p: float) -> tuple[Solution, Matrix] | None:
-        """The solution of the full equations at a parameter, and their Jacobian.
+    def exact_near(self, q: Vector, p: float, direction: Vector) -> tuple[Solution, Matrix] | None:
+        """The solution of the full equations near one in a basis, and their Jacobian.
 
-        None where there are no full equations, or their solution is another one.
+        At the same parameter or, where there is none, across the direction of the branch. None
+        where there are no full equations, or their solution is another one.
         """
         if self.full is None:
             return None
         solution, jacobian = newton(self.full.equations, q, p, self.control)
+        if not solution.converged:
+            _, jacobian_at = self.full.equations.evaluate(q, p)
+            predictor = self.full.predictor(q, p, jacobian_at(), direction)
+            projected = projection(self.full, predictor)
+            if projected is None:
+                return None
+            solution, jacobian = projected
         change = np.linalg.norm(solution.x - q)
         limit = self.control.lagged.largest_correction * np.linalg.norm(q)
-        return (solution, jacobian) if solution.converged and change <= limit else None
+        return (solution, jacobian) if change <= limit else None
 
     def arc_between(
         self,

@@ -5,8 +5,9 @@ have none. Where the basis is implicit, its solutions are those of the full equa
 branch is continued in these until a step in the basis converges again.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from boltjoint.solvers.equations import (
     Vector,
 )
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations, Origin
-from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.maxima import Maxima, highest_of_step
 from boltjoint.solvers.tracer import Tracer
 
 
@@ -207,23 +208,50 @@ def _polish_maxima(branch: SolutionBranch, quantity: Quantity, corrector: Lagged
     """Solve the full equations wherever a solution in the basis is higher than both neighbours.
 
     Beside those corrected as the branch was followed the error of others makes them higher, one
-    after another. What is still higher than both neighbours then is a maximum.
+    after another. One that is no solution of the full equations, where the basis led beyond a turn
+    of these, is left out. What is still higher than both neighbours then is a maximum.
     """
-    solutions, tried = branch.solutions, set[int]()
+    solutions = branch.solutions
+    tried = [not solution.reduced for solution in solutions]
     while True:
         values = [quantity.value(solution.x) for solution in solutions]
         highs = [
             i for i in range(1, len(values) - 1) if values[i] >= max(values[i - 1], values[i + 1])
         ]
-        near = {i + step for i in highs for step in (-1, 0, 1)} - tried
-        if not near:
-            break
-        tried |= near
+        near = sorted({i + step for i in highs for step in (-1, 0, 1) if not tried[i + step]})
         for i in near:
-            solution = solutions[i]
-            if solution.reduced and not solution.located:
-                exact = corrector.exact_near(solution.x, solution.p)
-                if exact is not None:
-                    solutions[i] = exact[0]._replace(iterations=solution.iterations)
+            tried[i] = True
+            before, solution, *after = solutions[max(i - 1, 0)], *solutions[i : i + 2]
+            end = after[-1] if after else solution
+            direction = np.append(end.x - before.x, end.p - before.p)
+            exact = corrector.exact_near(solution.x, solution.p, direction)
+            if exact is not None:
+                solutions[i] = exact[0]._replace(iterations=solution.iterations)
+        wrong = [i for i in highs if solutions[i].reduced]
+        for i in reversed(wrong):
+            del solutions[i], tried[i]
+        if not near and not wrong:
+            break
     for i in highs:
-        solutions[i] = solutions[i]._replace(located=True)
+        at = solutions[i]
+        highest = (
+            at if at.located else _located_around(solutions[i - 1 : i + 2], quantity, corrector)
+        )
+        solutions[i] = highest._replace(located=True, iterations=at.iterations)
+
+
+def _located_around(
+    solutions: Sequence[Solution], quantity: Quantity, corrector: LaggedCorrector
+) -> Solution:
+    """The highest solution of the full equations around the middle one of three, or that itself."""
+    full, found = corrector.full, solutions[1]
+    assert full is not None  # or nothing was polished
+    for begin, end in pairwise(solutions):
+        towards = Origin(end.x, end.p, np.append(end.x - begin.x, end.p - begin.p))
+        _, jacobian_at = full.equations.evaluate(begin.x, begin.p)
+        predictor = full.predictor(begin.x, begin.p, jacobian_at(), towards.direction)
+        arc = corrector.arc_between(quantity, predictor, towards, 1.0)
+        highest = highest_of_step(arc, 1.0, corrector.control.peak_tolerance)
+        if highest is not None and highest.value > quantity.value(found.x):
+            found = highest.solution
+    return found

@@ -130,7 +130,7 @@ class Maxima:
         ]
         highest, before = None, middle.place
         for arc, end in steps:
-            located = _highest(arc, end.length, self.tolerance * end.length)
+            located = highest_of_step(arc, end.length, self.tolerance * end.length)
             if located is not None and (highest is None or located.value > highest.value):
                 highest, before = located, end.place
         for place, (arc, end) in enumerate(steps, at):
@@ -164,7 +164,7 @@ class _Sample(NamedTuple):
     """Whether it was corrected, or could not be."""
 
 
-def _highest(arc: Arc, length: float, width: float) -> Observation | None:
+def highest_of_step(arc: Arc, length: float, width: float) -> Observation | None:
     """The highest solution of a step: at a zero of the slope, or by value alone."""
     start, highest = arc(width), None
     if start is not None and start.slope > 0:
