@@ -1,10 +1,10 @@
 """Error bars of peaks on joints that nothing was tuned to: how many hold, and how wide they are.
 
     python benchmarks/error_bars.py small --seed 1 --count 75
-    python benchmarks/error_bars.py NAME ...
+    python benchmarks/error_bars.py assemblies --seed 1 --bolts 2 3
 
-The first converges peaks of random small joints of each friction law, the second those of new
-assemblies (``ASSEMBLIES``) under constant and variable normal load, node to node and in clusters.
+The first converges peaks of random small joints of each friction law, the second those of random
+assemblies of numbers of bolts under constant and variable load, node to node and in clusters.
 All are sought again with three times the harmonics, and at least 1024 samples. Printed for each
 group: how many error bars of converged peaks (truncation) and of peaks of one harmonic hold that
 peak, and the median of a bar over the error that it stands for. Those that do not hold are listed.
@@ -15,7 +15,7 @@ import time
 import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from types import MappingProxyType
 
 import numpy as np
@@ -23,7 +23,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 from random_joints import random_joint
-from unseen_assemblies import ALUMINIUM, STEEL, Unseen, onset_of_full_slip
+from unseen_assemblies import ALUMINIUM, BOLTS, STEEL, Unseen, onset_of_full_slip
 
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import Damping, as_damping
@@ -48,20 +48,34 @@ QUANTITIES = ("frequency", "amplitude")
 SMALLEST = 1e-6
 #: of the reference, so that it is not off by its own search
 SEARCH = PeakSearch(width=3e-4, tolerance=1e-8)
-ASSEMBLIES = {
-    "two_m8_steel": Unseen(
-        STEEL, (28, 18), (140, 110), 8, 2, 38, 26, 3, (8, 8), 3, 3, 9, 9e3, 6e7, 0.25, 1e-3
-    ),
-    "three_m10_aluminium": Unseen(
-        ALUMINIUM, (32, 22), (170, 120), 10, 3, 44, 30, 2, (8, 8), 3, 3, 9, 14e3, 4e7, 0.35, 2e-3
-    ),
-    "four_m6_aluminium": Unseen(
-        ALUMINIUM, (20, 12), (110, 140), 6, 4, 26, 19, 2, (8, 8), 3, 2, 6, 5e3, 2e7, 0.2, 8e-4
-    ),
-    "five_m12_steel": Unseen(
-        STEEL, (36, 26), (260, 220), 12, 5, 48, 36, 2, (8, 8), 3, 3, 12, 25e3, 2e8, 0.15, 3e-3
-    ),
-}
+#: metric bolts that assemblies are drawn with
+BOLT_SIZES = (5, 6, 8, 10, 12)
+
+
+def random_assembly(bolts: int, seed: int) -> Unseen:
+    """An assembly of a number of bolts of random size, with dimensions drawn around usual ones."""
+    random = np.random.default_rng([seed, bolts])
+    size = int(random.choice(BOLT_SIZES))
+    head = BOLTS[size][2]
+    cell = head * random.uniform(1.5, 2.0)
+    return Unseen(
+        material=(ALUMINIUM, STEEL)[random.integers(2)],
+        section=(head * random.uniform(1.9, 2.5), size * random.uniform(1.2, 2.4)),
+        free_length=tuple(size * random.uniform(10, 22, 2)),
+        bolt=size,
+        count=bolts,
+        pitch=cell * random.uniform(1.25, 1.6),
+        cell=cell,
+        columns_at_each_lap_end=int(random.integers(2, 4)),
+        ring_cells=(8, 8),
+        rings=3,
+        layers=3 if bolts < 4 else 2,
+        element_length=size * random.uniform(0.8, 1.2),
+        preload=200 * size**2 * random.uniform(0.5, 1.2),
+        stiffness=10 ** random.uniform(7, 8.7),
+        friction_coefficient=random.uniform(0.1, 0.5),
+        loss_factor=10 ** random.uniform(-3.3, -2),
+    )
 
 
 def small_joint(law: str, index: int, seed: int) -> tuple[Joint, float, float]:
@@ -91,13 +105,14 @@ def small_joints(
 
 
 def assembled_joints(
-    name: str, vectors: tuple[int, ...], laws: list[str], elements: list[str]
+    bolts: int, seed: int, vectors: tuple[int, ...], laws: list[str], elements: list[str]
 ) -> Iterator[tuple[str, str, Joint, NDArray[np.float64], Damping]]:
-    """Group, name, joint, forces and damping of an assembly, in bases of numbers of vectors.
+    """Group, name, joint, forces and damping of a random assembly, in bases of numbers of vectors.
 
     Of ``laws`` and ``elements``: ``node-to-node`` and ``clusters=8``.
     """
-    unseen = ASSEMBLIES[name]
+    unseen = random_assembly(bolts, seed)
+    name = f"{bolts} bolts"
     assembly = build_assembly(unseen.assembly())
     preload = apply_preload(assembly, unseen.preload)
     cases = unseen.cases()
@@ -224,9 +239,10 @@ def summarize(rows: list[dict[str, object]]) -> None:
 def main() -> None:
     """Check the joints that are asked for."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("names", nargs="+", help=f"small, or of {', '.join(ASSEMBLIES)}")
+    parser.add_argument("kind", choices=("small", "assemblies"))
     parser.add_argument("--count", type=int, default=60, help="small joints of each law")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--bolts", type=int, nargs="+", default=[2, 3, 4, 5])
     parser.add_argument("--law", nargs="+", default=LAWS, choices=LAWS)
     parser.add_argument("--elements", nargs="+", default=ELEMENTS, choices=ELEMENTS)
     parser.add_argument("--vectors", nargs="+", type=int, default=[24, 40])
@@ -236,16 +252,17 @@ def main() -> None:
     warnings.simplefilter("ignore")
     known = known_references(args.references) if args.references else {}
     rows: list[dict[str, object]] = []
-    for name in args.names:
-        joints = (
-            small_joints(args.law, args.count, args.seed)
-            if name == "small"
-            else assembled_joints(name, tuple(args.vectors), args.law, args.elements)
+    if args.kind == "small":
+        joints = small_joints(args.law, args.count, args.seed)
+    else:
+        kinds = tuple(args.vectors), args.law, args.elements
+        joints = chain.from_iterable(
+            assembled_joints(bolts, args.seed, *kinds) for bolts in args.bolts
         )
-        for joint in joints:
-            rows += check(*joint, known)
-            if args.csv:
-                pd.DataFrame(rows).to_csv(args.csv, index=False)
+    for joint in joints:
+        rows += check(*joint, known)
+        if args.csv:
+            pd.DataFrame(rows).to_csv(args.csv, index=False)
     summarize(rows)
 
 

@@ -135,10 +135,9 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     def _contact_jacobian(self, tangent: NDArray[np.float64]) -> NDArray[np.float64]:
         """Contribution of the contact to the Jacobian."""
         points, size = len(tangent), self._to_points.shape[-1]
-        maps = self._to_points, self._from_points
-        to_points, from_points = (matrix.reshape(points, -1, size) for matrix in maps)
+        to_points = self._to_points.reshape(points, -1, size)
         derivative = tangent.reshape(points, to_points.shape[1], -1) @ to_points
-        return np.tensordot(from_points, derivative, ([0, 1], [0, 1]))
+        return self._from_points.reshape(-1, size).T @ derivative.reshape(-1, size)
 
     def parameter_derivative(self, x: NDArray[np.float64], p: float) -> NDArray[np.float64]:
         """Derivative of the residual by the frequency."""
