@@ -155,17 +155,22 @@ def peaks_under(joint):
     return np.array([[each.peak_frequency, each.peak_amplitude] for each in branches])
 
 
-@pytest.mark.parametrize("law", ["uncoupled-constant", "coupled-constant"])
-def test_peaks_with_both_tangents_are_the_same_with_and_without_the_symmetry(halves_and_whole, law):
+@pytest.mark.parametrize("load", ["constant", "variable"])
+@pytest.mark.parametrize("friction", ["uncoupled", "coupled"])
+def test_peaks_with_both_tangents_are_the_same_with_and_without_the_symmetry(
+    halves_and_whole, friction, load
+):
     keys = {"tangential_stiffness": 2e7, "friction_coefficient": 0.1}
+    if load == "variable":
+        keys["normal_stiffness"] = 2e7
     found, along_one = [], []
     for structure, preload in halves_and_whole:
         modes = find_modes(structure, "all-8")
         # of both halves of the motion, and all of them driven
         assert {"bending", "lateral"} <= set(modes["candidate_family"].to_numpy())
         assert np.all(abs(modes["excitation_mode"]) > 0.1)
-        found.append(peaks_under(connect_pairs(modes, preload, LAWS[law], **keys)))
-        along_one.append(peaks_under(connect_pairs(modes, preload, LAWS["constant"], **keys)))
+        found.append(peaks_under(connect_pairs(modes, preload, LAWS[f"{friction}-{load}"], **keys)))
+        along_one.append(peaks_under(connect_pairs(modes, preload, LAWS[load], **keys)))
     # loads are those of one solution to 1e-10 of the preload
     np.testing.assert_allclose(found[1], found[0], rtol=1e-9)
     np.testing.assert_allclose(along_one[1], along_one[0], rtol=1e-9)
