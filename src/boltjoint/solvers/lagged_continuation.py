@@ -232,12 +232,13 @@ def _polish_maxima(branch: SolutionBranch, quantity: Quantity, corrector: Lagged
             del solutions[i], tried[i]
         if not near and not wrong:
             break
-    for i in highs:
-        at = solutions[i]
-        highest = (
-            at if at.located else _located_around(solutions[i - 1 : i + 2], quantity, corrector)
-        )
-        solutions[i] = highest._replace(located=True, iterations=at.iterations)
+    # a maximum beside solutions that are now higher was one of their errors
+    for i, solution in enumerate(solutions):
+        if i not in highs:
+            solutions[i] = solution._replace(located=False)
+        elif not solution.located:
+            highest = _located_around(solutions[i - 1 : i + 2], quantity, corrector)
+            solutions[i] = highest._replace(located=True, iterations=solution.iterations)
 
 
 def _located_around(
