@@ -112,7 +112,7 @@ def assembled_joints(
     Of ``laws`` and ``elements``: ``node-to-node`` and ``clusters=8``.
     """
     unseen = random_assembly(bolts, seed)
-    name = f"{bolts} bolts"
+    name = f"{bolts} bolts, seed {seed}"
     assembly = build_assembly(unseen.assembly())
     preload = apply_preload(assembly, unseen.preload)
     cases = unseen.cases()

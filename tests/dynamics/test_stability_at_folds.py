@@ -26,13 +26,31 @@ def test_marks_are_those_of_the_motion_in_time(index):
         assert row["multiplier"] == pytest.approx(row["in_time"], abs=0.01)
 
 
+def test_motions_of_many_unknowns_are_those_with_all_jacobians(monkeypatch):
+    joint, force, damping = folding_joint(np.random.default_rng([20271, 15]))
+    branch = solve_branch(joint, force, damping=damping)
+    folds = find_folds(branch.frequency)
+    balance = HarmonicBalance(joint, damping, force)
+    places = range(folds.at[0], folds.at[-1], 8)
+    monkeypatch.setattr("boltjoint.dynamics.response.folds._MOST_UNKNOWNS", 0)
+    found = []
+    for large in (1000, 0):
+        monkeypatch.setattr("boltjoint.dynamics.response.folds.LARGE", large)
+        at = FoldedBranch(balance, branch.frequency, branch.modal_coordinate, folds, 15, 1024)
+        found.append([at.motion_of(place) for place in places])
+    both = [pair for pair in zip(*found, strict=True) if all(one is not None for one in pair)]
+    assert len(both) == sum(one is not None for one in found[0]) > 0
+    for dense, krylov in both:
+        np.testing.assert_allclose(krylov, dense, rtol=0, atol=1e-5 * np.abs(dense).max())
+
+
 def test_a_motion_whose_period_doubles_is_unstable(monkeypatch):
     joint, force, damping = folding_joint(np.random.default_rng([20271, 15]))
     branch = solve_branch(joint, force, damping=damping)
     solutions = branch.frequency, branch.modal_coordinate
     folds = find_folds(branch.frequency)
     # motions from the solutions alone
-    monkeypatch.setattr("boltjoint.dynamics.response.folds._LARGE", 0)
+    monkeypatch.setattr("boltjoint.dynamics.response.folds._MOST_UNKNOWNS", 0)
     balance = HarmonicBalance(joint, damping, force)
     finer = FoldedBranch(balance, *solutions, folds, 15, 1024)
     components = finer.balance.components

@@ -92,6 +92,11 @@ class Corrector:
         weights = np.append(np.full_like(x, 1 / size), 1 / self.scale(p))
         return Predictor(x, p, weights, self.tangent(x, p, jacobian, weights, direction))
 
+    def predictor_at(self, x: Vector, p: float, direction: Vector) -> Predictor:
+        """The same where no Jacobian is known yet."""
+        _, jacobian_at = self.equations.evaluate(x, p)
+        return self.predictor(x, p, jacobian_at(), direction)
+
     def tangent(
         self, x: Vector, p: float, jacobian: Linearised, weights: Vector, direction: Vector
     ) -> Vector:

@@ -198,8 +198,7 @@ class LaggedCorrector:
         q, p, direction = self.origin
         x = self.equations.from_fixed(q)
         along = np.append(self.equations.change_from_fixed(direction[:-1]), direction[-1])
-        _, jacobian_at = self.equations.evaluate(x, p)
-        return self.corrector.predictor(x, p, jacobian_at(), along)
+        return self.corrector.predictor_at(x, p, along)
 
     def project(self) -> None:
         """Project the predictor onto the branch, which the basis update has moved."""
@@ -233,9 +232,9 @@ class LaggedCorrector:
         return highest and self._to_fixed(highest)
 
     def exact(self, origin: Origin) -> tuple[Solution, Predictor] | None:
-        """The solution of the full equations at the parameter of an origin, and its predictor.
+        """The solution of the full equations near an origin, and its predictor.
 
-        None where there is none near.
+        As of ``exact_near``.
         """
         exact = self.exact_near(*origin)
         if exact is None or self.full is None:
@@ -254,9 +253,7 @@ class LaggedCorrector:
             return None
         solution, jacobian = newton(self.full.equations, q, p, self.control)
         if not solution.converged:
-            _, jacobian_at = self.full.equations.evaluate(q, p)
-            predictor = self.full.predictor(q, p, jacobian_at(), direction)
-            projected = projection(self.full, predictor)
+            projected = projection(self.full, self.full.predictor_at(q, p, direction))
             if projected is None:
                 return None
             solution, jacobian = projected
@@ -308,8 +305,7 @@ class LaggedCorrector:
         q, p = solution.x, solution.p
         if self.full is not None:
             direction = np.append(q - self.origin.q, p - self.origin.p)
-            _, jacobian_at = self.full.equations.evaluate(q, p)
-            predictor = self.full.predictor(q, p, jacobian_at(), direction)
+            predictor = self.full.predictor_at(q, p, direction)
             slope = quantity.slope(q, (predictor.tangent / predictor.weights)[:-1])
         return Observation(solution, quantity.value(q), slope)
 

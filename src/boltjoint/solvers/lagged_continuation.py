@@ -168,8 +168,7 @@ class LaggedTracer(Tracer):
     def _follow_full_equations(self, full: Corrector) -> bool:
         """Take steps in the full equations; whether the continuation has not ended in these."""
         origin = self.corrector.origin
-        _, jacobian_at = full.equations.evaluate(origin.q, origin.p)
-        predictor = full.predictor(origin.q, origin.p, jacobian_at(), origin.direction)
+        predictor = full.predictor_at(*origin)
         projected = projection(full, predictor)
         if projected is None:
             return self.stop("no solution found near the last one")
@@ -221,9 +220,8 @@ def _polish_maxima(branch: SolutionBranch, quantity: Quantity, corrector: Lagged
         near = sorted({i + step for i in highs for step in (-1, 0, 1) if not tried[i + step]})
         for i in near:
             tried[i] = True
-            before, solution, *after = solutions[max(i - 1, 0)], *solutions[i : i + 2]
-            end = after[-1] if after else solution
-            direction = np.append(end.x - before.x, end.p - before.p)
+            first, solution, last = solutions[max(i - 1, 0)], solutions[i], solutions[i : i + 2][-1]
+            direction = np.append(last.x - first.x, last.p - first.p)
             exact = corrector.exact_near(solution.x, solution.p, direction)
             if exact is not None:
                 solutions[i] = exact[0]._replace(iterations=solution.iterations)
@@ -249,8 +247,7 @@ def _located_around(
     assert full is not None  # or nothing was polished
     for begin, end in pairwise(solutions):
         towards = Origin(end.x, end.p, np.append(end.x - begin.x, end.p - begin.p))
-        _, jacobian_at = full.equations.evaluate(begin.x, begin.p)
-        predictor = full.predictor(begin.x, begin.p, jacobian_at(), towards.direction)
+        predictor = full.predictor_at(begin.x, begin.p, towards.direction)
         arc = corrector.arc_between(quantity, predictor, towards, 1.0)
         highest = highest_of_step(arc, 1.0, corrector.control.peak_tolerance)
         if highest is not None and highest.value > quantity.value(found.x):

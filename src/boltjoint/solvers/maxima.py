@@ -23,7 +23,7 @@ Arc = Callable[[float], Observation | None]
 """Observation at a distance from the start of a step; None where no solution is found."""
 
 Correction = Callable[[Any], tuple[Solution, Any] | None]
-"""By an origin in a reduced basis, the exact solution at its parameter, and its own origin.
+"""By an origin in a reduced basis, the exact solution near it, and its own origin.
 
 None without one near it.
 """

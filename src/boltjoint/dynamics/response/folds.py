@@ -107,7 +107,7 @@ _FEW_SAMPLES = 256
 #: it is not, and after which no more motions are sought: those of some 200
 _OF_BRANCH, _IN_ALL = 1000, 5000
 #: unknowns beyond which a branch takes minutes: motions are sought from the solutions alone
-_LARGE = 500
+_MOST_UNKNOWNS = 500
 #: distance of a motion from its solution, over the size of that, above which others are sought
 _FAR = 0.1
 #: distance of two solutions that are the same: far above the tolerance, and below that of sheets
@@ -146,7 +146,7 @@ class FoldedBranch:
         )
         self._equations, self._of_few = _Counted(self.balance), balance.components
         self._guiding = _Counted(coarse)
-        self._solvers: dict[tuple[_Counted, int], NewtonKrylov] = {}
+        self._solvers: dict[tuple[_Counted, StepControl], NewtonKrylov] = {}
         self._frequency, self._x = frequency, x
         self._whole: SolutionBranch | None = None
         self._parts = self._follow(folds)
@@ -199,7 +199,7 @@ class FoldedBranch:
     def _follow(self, folds: Folds) -> list[SolutionBranch]:
         """The part from one end to the other; else what there is of it from both ends."""
         parts: list[SolutionBranch] = []
-        if self._with_all_harmonics(self._x[0]).size > _LARGE:
+        if self._with_all_harmonics(self._x[0]).size > _MOST_UNKNOWNS:
             return parts
         for ends in self._ends(folds):
             traces = []
@@ -264,8 +264,7 @@ class FoldedBranch:
         """The solution near a guess: of many unknowns by the factors of one near it."""
         if guess.size < LARGE:
             return newton(equations, guess, w, control)[0]
-        key = equations, control.maximum_iterations
-        solver = self._solvers.setdefault(key, NewtonKrylov(equations, control))
+        solver = self._solvers.setdefault((equations, control), NewtonKrylov(equations, control))
         return solver.solve(guess, w)
 
     def _order(self, place: int) -> tuple[int, int]:
