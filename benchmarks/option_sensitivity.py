@@ -26,11 +26,12 @@ SOLVERS = {
     "equations": (
         method_of("linear"),
         method_of("rdnm-1"),
+        method_of("complex-rdnm-1"),
         method_of("backbone"),
     ),
     "held basis": (
         method_of("rdnm-2", basis_update="lagged"),
-        method_of("complex-rdnm-1"),
+        method_of("complex-rdnm-1", basis_update="lagged"),
     ),
 }
 

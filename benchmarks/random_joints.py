@@ -5,7 +5,7 @@
 solves as many joints of each friction law in linear modes, with a complex response-dependent mode
 and by their backbone, and prints how many branches are complete, every one that is not with its
 reason, every peak that is lower than its own branch, and the residual in time at the peaks; but for
-backbones, which leave other modes out, every peak with a large one.
+backbones, which leave other modes out, every peak with a large one or another than in linear modes.
 """
 
 import argparse
@@ -35,6 +35,8 @@ COORDINATES = ("linear", "complex-rdnm-1", "backbone")
 SEED = 20261122
 #: residual in time over the force, above which a peak in all modes is none
 LARGEST_RESIDUAL = 1e-5
+#: relative difference of amplitudes above which a peak is another than in linear modes
+LARGEST_DIFFERENCE = 1e-7
 
 
 class RandomJoint(NamedTuple):
@@ -172,6 +174,15 @@ def _highest_inside(amplitude: NDArray[np.float64]) -> float:
     return float(higher.max(initial=0.0))
 
 
+def print_other_peaks(some: pd.DataFrame, linear: pd.DataFrame) -> None:
+    """Print those of joints of a law that are not the peak in linear modes."""
+    both = some.merge(linear, on=["law", "index"], suffixes=("", "_linear"))
+    largest = both[["peak", "peak_linear"]].max(axis=1)
+    both["difference"] = (both["peak"] - both["peak_linear"]) / largest.where(largest > 0, 1.0)
+    for row in both[abs(both["difference"]) > LARGEST_DIFFERENCE].itertuples():
+        print(f"  {row.index}: peak differs by {row.difference:.1e} from that in linear modes")
+
+
 def _solve(task: tuple[str, str, int, int]) -> dict[str, object]:
     warnings.simplefilter("ignore")
     try:
@@ -223,6 +234,7 @@ def main() -> None:
         if coordinates != "backbone":
             for row in some[some["residual_in_time"] > LARGEST_RESIDUAL].itertuples():
                 print(f"  {row.index}: peak with a residual of {row.residual_in_time:.1e}")
+            print_other_peaks(some, table[table["coordinates"] == "linear"])
 
 
 if __name__ == "__main__":

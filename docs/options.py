@@ -22,8 +22,8 @@ options that they were computed with in their attribute `options`.
 The last columns are measured (`python benchmarks/option_sensitivity.py`): the largest relative
 change of the frequency and of the amplitude of a peak when the option is halved and, where that is
 allowed, doubled, all others at their defaults. First of solvers whose peaks solve the equations
-themselves (linear modes, self-consistent modes, backbone), then of those that keep the error of a
-held basis (lagged and complex modes). A dash stands where no peak moves by more than 1e-12.
+themselves (linear, self-consistent and complex modes, backbone), then of those that keep the error
+of a held basis (lagged modes). A dash stands where no peak moves by more than 1e-12.
 
 Made from the library by `make reference`.
 """

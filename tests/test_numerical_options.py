@@ -66,11 +66,11 @@ def test_the_page_lists_every_option_of_the_library():
 
 @pytest.mark.parametrize("coordinates", ["linear", "backbone"])
 def test_a_response_stores_what_it_was_solved_with(joint, coordinates):
-    control = StepControl(peak_tolerance=1e-5, lagged=LaggedControl(full_steps=7))
+    control = StepControl(peak_tolerance=1e-5, lagged=LaggedControl(maximum_iterations=7))
     found = solve_response(joint, [1.0], method=coordinates, damping=0.01, control=control)
     stored = json.loads(found.attrs["options"])
     assert stored["peak_tolerance"] == 1e-5
-    assert stored["lagged"]["full_steps"] == 7
+    assert stored["lagged"]["maximum_iterations"] == 7
     assert set(stored) == {field.name for field in fields(StepControl)}
 
 

@@ -11,6 +11,7 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.complex_rdnm import ComplexRDNM
 from boltjoint.dynamics.response.continuation import LoadStepping
 from boltjoint.dynamics.response.frequency_response import method_of, solve_branch
+from boltjoint.dynamics.response.methods import ResponseDependentModes
 from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -406,7 +407,7 @@ def test_the_lag_of_complex_modes_is_of_second_order_in_the_step(either):
         branch = solve_branch(
             either,
             5.0,
-            method="complex-rdnm-1",
+            method=ResponseDependentModes(1, is_complex=True, is_lagged=True),
             damping=LOSS,
             resonance=Resonance(1, (80.0, 120.0)),
             control=StepControl(largest_step=step, first_step=step),

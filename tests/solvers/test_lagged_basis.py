@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from curves import FOLDED, Curve, First
 
+from boltjoint.solvers import arc_length
 from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.lagged_basis import LaggedEquations
+from boltjoint.solvers.lagged_basis import BasisPrediction, LaggedEquations
 from boltjoint.solvers.lagged_continuation import trace
 
 
@@ -145,8 +146,8 @@ class Expecting(Lagged):
 
     basis = 1.0
 
-    def __init__(self, share, predictive, full=None):
-        self._share, self.full_equations = share, full
+    def __init__(self, share, predictive):
+        self._share = share
         self.predictive = self.implicit = predictive
 
     def _seen(self, p):
@@ -170,15 +171,14 @@ def along_the_bell(equations, step):
     return branch.solutions
 
 
-@pytest.mark.parametrize("full", [None, Bell()])
 @pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
 @pytest.mark.parametrize("step", [0.16, 0.04])
-def test_a_maximum_is_located_in_the_basis_of_itself(share, step, full):
-    solutions = along_the_bell(Expecting(share, True, full), step)
+def test_a_maximum_is_located_in_the_basis_of_itself(share, step):
+    solutions = along_the_bell(Expecting(share, True), step)
     (top,) = [solution for solution in solutions if solution.located]
     assert top.x[0] == max(solution.x[0] for solution in solutions)
-    # without full equations there is no slope to tell where a flat top is highest
-    assert top.p == pytest.approx(0.1, abs=1e-4 if full is None else 1e-6)
+    # there is no slope to tell where a flat top is highest
+    assert top.p == pytest.approx(0.1, abs=1e-4)
     assert top.x[0] == pytest.approx(3.0, rel=1e-8)
 
 
@@ -204,11 +204,28 @@ def test_a_predicted_basis_lags_less(step=0.08):
     assert ahead < after / 5
 
 
-class Folding(Lagged):
-    """The folded curve; its tangent is that of another one where x is within a window."""
+def predicted(full, basis, start, window, scale):
+    """The branch of full equations whose solutions are predicted in a basis."""
+    control = StepControl(largest_step=0.05)
+    prediction = BasisPrediction(basis, control, lambda _: scale)
+    options = {"scale": scale, "maximise": First(), "prediction": prediction}
+    return arc_length.trace(full, start, window, control, **options)
 
-    predictive = implicit = True
-    full_equations = FOLDED
+
+@pytest.mark.parametrize("share", [-1.0, -0.6, -0.2])
+def test_solutions_predicted_in_a_basis_are_those_of_the_full_equations(share):
+    branch = predicted(Bell(), Expecting(share, True), np.ones(1), (-1.0, 1.0), 1.0)
+    assert branch.complete, branch.reason
+    for solution in branch.solutions:
+        assert solution.x[0] == pytest.approx(Bell.f(solution.p), rel=1e-8)
+    (top,) = [solution for solution in branch.solutions if solution.located]
+    assert top.p == pytest.approx(0.1, abs=1e-6)
+    steps = [solution for solution in branch.solutions[1:-1] if not solution.located]
+    assert np.mean([solution.reduced for solution in steps]) > 0.8
+
+
+class Folding(Lagged):
+    """The folded curve; there is no solution where x is within a window."""
 
     def evaluate(self, x, p):
         if -1.5 < x[0] < -0.5:
@@ -219,16 +236,17 @@ class Folding(Lagged):
         return FOLDED.parameter_derivative(x, p)
 
 
-def test_where_no_step_in_the_basis_converges_the_full_equations_are_followed():
-    control = StepControl(largest_step=0.05)
-    branch = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0, maximise=First())
+def test_where_the_basis_predicts_nothing_a_step_is_along_the_tangent():
+    branch = predicted(FOLDED, Folding(), np.array([-2.5]), (-8.0, 8.0), 4.0)
     assert branch.complete, branch.reason
     x = np.array([solution.x[0] for solution in branch.solutions])
     p = np.array([solution.p for solution in branch.solutions])
     np.testing.assert_allclose(x**3 - 3 * x, p, atol=1e-8)
     assert np.all(np.diff(x) > 0)
-    assert np.sum((-1.5 < x) & (x < -0.5)) > 10
-    Folding.full_equations = None
-    branch = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), control, scale=4.0)
-    assert not branch.complete
-    assert branch.solutions[-1].x[0] == pytest.approx(-1.5, abs=1e-6)
+    inside = (-1.5 < x) & (x < -0.5)
+    is_predicted = np.array([solution.reduced for solution in branch.solutions])
+    assert np.sum(inside) > 10 and not np.any(is_predicted[inside])
+    assert np.any(is_predicted[x < -1.5]) and np.any(is_predicted[x > -0.5])
+    alone = trace(Folding(), np.array([-2.5]), (-8.0, 8.0), StepControl(), scale=4.0)
+    assert not alone.complete
+    assert alone.solutions[-1].x[0] == pytest.approx(-1.5, abs=1e-6)

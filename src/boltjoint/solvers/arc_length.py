@@ -34,6 +34,9 @@ from boltjoint.solvers.tracer import Tracer
 CORNER = 1e-3
 
 
+Prediction = Callable[[Predictor, float], Vector | None]
+"""Weighted offset of a predicted solution from the last one, at a distance; None without one."""
+
 #: solutions on other continuations from corners of a complete branch, or as many as it has
 _MOST_OTHERS = 300
 
@@ -50,6 +53,7 @@ def trace(
     scale: float | Callable[[float], float],
     maximise: Quantity | None = None,
     begin: float | None = None,
+    prediction: Prediction | None = None,
 ) -> SolutionBranch:
     """Follow a solution branch from one end of a parameter window to the other.
 
@@ -70,6 +74,8 @@ def trace(
         A quantity whose local maxima are located and added to the branch.
     begin
         Parameter of the start, within the window; by default the first end of the window.
+    prediction
+        Where corrections start; by default, and where that leads to no solution, on the tangent.
 
     Returns
     -------
@@ -84,8 +90,8 @@ def trace(
     branch, maxima = SolutionBranch(), None
     if maximise is not None:
         arc = partial(corrector.arc, maximise)
-        maxima = Maxima(branch, maximise, lambda at, *_: arc(at), control.peak_tolerance)
-    tracer = CornerTracer(corrector, window, branch, maxima)
+        maxima = Maxima(branch, maximise, lambda at, _: arc(at), control.peak_tolerance)
+    tracer = CornerTracer(corrector, window, branch, maxima, prediction)
     tracer.follow(start, begin)
     tracer.follow_others()
     return branch
@@ -107,6 +113,8 @@ class CornerTracer(Tracer):
         As for ``Tracer``.
     maxima
         Location of maxima, whose origins are predictors.
+    prediction
+        As for ``trace``.
     """
 
     def __init__(
@@ -115,9 +123,10 @@ class CornerTracer(Tracer):
         window: tuple[float, float],
         branch: SolutionBranch,
         maxima: Maxima | None = None,
+        prediction: Prediction | None = None,
     ) -> None:
         super().__init__(corrector.control, window, branch, maxima)
-        self.corrector = corrector
+        self.corrector, self._prediction = corrector, prediction
         self._predictor: Predictor
         self._secant: Vector | None = None
         #: of the branch in the sense of travel; 0 before the first step
@@ -152,20 +161,11 @@ class CornerTracer(Tracer):
         """Add the solution of a step to the branch; the length is 0 at the start."""
         self._count += 1
         self.branch.solutions.append(step.solution)
-        self.resume(step)
+        self._predictor = self._at_end(step)
+        self.corrector.equations.accept(step.solution.x)
         self._secant = step.offset if length else None
         if self.maxima is not None:
             self.maxima.sample(self.predictor, length)
-
-    def resume(self, step: Step) -> None:
-        """Continue from the solution of a step in its direction."""
-        self._predictor = self._at_end(step)
-        self.corrector.equations.accept(step.solution.x)
-
-    def enter(self, step: Step, length: float) -> None:
-        """Continue a branch whose steps before were found otherwise, with a step length."""
-        self.step_length, self._secant, self._orientation = length, None, 0.0
-        self.resume(step)
 
     def next_step(self) -> tuple[Step | None, str]:
         """The next step, unless the branch is closed by it; else the reason why none is."""
@@ -184,7 +184,7 @@ class CornerTracer(Tracer):
             max(length, 2 * control.smallest_step) for length in (CORNER, CORNER_STEP)
         )
         while self.step_length >= control.smallest_step:
-            step = self.corrector.correct(self.predictor, self.step_length)
+            step = self._correct()
             if step is None and not updated:
                 self._predictor = self.corrector.with_tangent_at_solution(self.predictor)
                 updated = True
@@ -198,6 +198,15 @@ class CornerTracer(Tracer):
                     return self._cross(step)
             self.step_length *= 0.5
         return None
+
+    def _correct(self) -> Step | None:
+        """The solution at the step length from the last one; None where the corrector fails."""
+        predicted = self._prediction and self._prediction(self.predictor, self.step_length)
+        if predicted is not None:
+            step = self.corrector.correct_from(self.predictor, predicted)
+            if step is not None:
+                return step._replace(solution=step.solution._replace(reduced=True))
+        return self.corrector.correct(self.predictor, self.step_length)
 
     def _keeps_orientation(self, step: Step) -> bool:
         """Whether the orientation at the end of a step is that of the branch.

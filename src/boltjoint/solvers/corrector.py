@@ -179,6 +179,22 @@ class Corrector:
             offset = offset - correction
         return None
 
+    def correct_from(self, predictor: Predictor, predicted: Vector) -> Step | None:
+        """Solve on the sphere of a predicted offset, from it.
+
+        None where the corrector fails, or the solution is another one: it deviates from the tangent
+        as in ``correct``, or is far from what was predicted.
+        """
+        radius = float(np.linalg.norm(predicted))
+        step = self.correct(predictor, radius, predicted / radius)
+        if step is None:
+            return None
+        offset = step.offset * predictor.weights
+        correction = np.linalg.norm(offset - predicted)
+        near = correction <= self.control.lagged.largest_correction * radius
+        smallest = self.control.smallest_cosine * radius
+        return step if near and offset @ predictor.tangent >= smallest else None
+
     def with_tangent_at_solution(self, predictor: Predictor) -> Predictor:
         """The predictor with the tangent of the Jacobian at its own solution."""
         _, jacobian_at = self.equations.evaluate(predictor.x, predictor.p)

@@ -89,10 +89,9 @@ MOST_SOLUTIONS = 1_000_000
 class LaggedControl(Options):
     """Continuation in a basis that depends on the response, such as response-dependent modes.
 
-    Where the basis is implicit, or the full equations are known, located peaks solve the equations
-    themselves, and the options decide only how they are reached. A lagged basis has an error that
-    ``tolerance`` and the step length move: with the steps of the study by up to the error that the
-    result states (``error_estimate``).
+    Where the basis only predicts solutions of the full equations, the options decide how these are
+    reached. A lagged basis has an error that ``tolerance`` and the step length move: with the steps
+    of the study by up to the error that the result states (``error_estimate``).
 
     Parameters
     ----------
@@ -106,21 +105,14 @@ class LaggedControl(Options):
         The same at a peak; the tolerance of the corrector.
     smallest_relaxation, largest_relaxation
         Limits of the relaxation factor of these iterations (Aitken): no extrapolation.
-    largest_residual
-        Residual of the full equations, relative to their scale, above which a solution in the basis
-        is rejected: beyond it the branch follows another one.
     longest_secant
         Arc length between two solutions above which the second is on another branch: three times
         the largest step.
     backtracking_distance
         Arc length by which a basis update may move the branch back: a third of the largest step.
     largest_correction
-        Relative correction by the full equations above which a solution is another one.
-    shortest_step, largest_reduction
-        Arc length, and reduction of a step, below which the full equations are followed instead,
-        since that costs less.
-    full_steps
-        Steps in the full equations before the basis is used again; doubled each time that fails.
+        Distance of a solution of the full equations from that in the basis, over the step length,
+        above which it is sought along the tangent instead.
     """
 
     maximum_start_iterations: int = 100
@@ -131,13 +123,9 @@ class LaggedControl(Options):
     tolerance_at_peak: float = 1e-9
     smallest_relaxation: float = 0.05
     largest_relaxation: float = 1.0
-    largest_residual: float = 0.05
     longest_secant: float = 0.2
     backtracking_distance: float = 0.02
     largest_correction: float = 0.05
-    shortest_step: float = 1e-3
-    largest_reduction: float = 4.0
-    full_steps: int = 5
 
     def __post_init__(self) -> None:
         """Refuse options that are not positive."""
@@ -246,7 +234,7 @@ class Solution(NamedTuple):
     located: bool = False
     """Whether it is a local maximum found by event location."""
     reduced: bool = False
-    """Whether it solves equations projected onto a reduced basis, not the full equations."""
+    """Whether it solves equations projected onto a reduced basis, or was predicted by these."""
 
 
 @dataclass

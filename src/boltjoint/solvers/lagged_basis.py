@@ -20,7 +20,6 @@ import numpy as np
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
 from boltjoint.solvers.equations import (
     Equations,
-    Matrix,
     Quantity,
     Solution,
     StepControl,
@@ -40,7 +39,7 @@ class LaggedEquations(Equations):
     """Whether the basis is updated within a step until it belongs to the solution."""
 
     full_equations: Equations | None
-    """The equations in fixed coordinates whose solutions an implicit basis gives; else None."""
+    """In fixed coordinates, where solutions in the basis predict those of these; else None."""
 
     basis: object
     """In which the unknown is expressed: the state of the equations."""
@@ -74,6 +73,34 @@ class LaggedEquations(Equations):
         """A change of the unknown as one of the response."""
 
 
+class BasisPrediction:
+    """Solutions of the equations in a basis of the predicted point, for the full equations.
+
+    Parameters
+    ----------
+    equations, control, scale
+        As for ``Corrector``.
+    """
+
+    def __init__(
+        self, equations: LaggedEquations, control: StepControl, scale: Callable[[float], float]
+    ) -> None:
+        self._equations = equations
+        self._corrector = Corrector(equations, control, scale)
+
+    def __call__(self, predictor: Predictor, length: float) -> Vector | None:
+        """Weighted offset at a distance from the solution of a predictor; None without one."""
+        equations, direction = self._equations, predictor.tangent / predictor.weights
+        equations.update(*predictor.at(length * predictor.tangent))
+        along = np.append(equations.change_from_fixed(direction[:-1]), direction[-1])
+        held = self._corrector.predictor_at(equations.from_fixed(predictor.x), predictor.p, along)
+        step = self._corrector.correct(held, length)
+        if step is None:
+            return None
+        change = equations.to_fixed(step.solution.x) - predictor.x
+        return np.append(change, step.solution.p - predictor.p) * predictor.weights
+
+
 class Origin(NamedTuple):
     """A solution in fixed coordinates from which a step is taken, and its direction."""
 
@@ -99,8 +126,6 @@ class LaggedCorrector:
     ) -> None:
         self.equations, self.control = equations, control
         self.corrector = Corrector(equations, control, scale)
-        full = equations.full_equations
-        self.full = None if full is None else Corrector(full, control, scale)
         #: response and parameter of the last basis update
         self._update_point: tuple[Vector, float]
 
@@ -132,20 +157,12 @@ class LaggedCorrector:
         return self._to_fixed(solution)
 
     def correct(self, length: float) -> Step | None:
-        """A step in the present basis or, where it is implicit, in that of its solution.
-
-        None where the corrector fails, or its solution does not solve the full equations.
-        """
+        """A step in the present basis or, where it is implicit, in that of its solution."""
         step = self.corrector.correct(self.predictor, length)
-        if self.equations.implicit:
-            tolerance = self.control.lagged.tolerance * length
-            step = self._iterate(step, length, tolerance, self.control.lagged.maximum_iterations)
-        if step is None or self.full is None:
+        if not self.equations.implicit:
             return step
-        full, solution = self.full.equations, step.solution
-        residual, _ = full.evaluate(self.equations.to_fixed(solution.x), solution.p)
-        limit = self.control.lagged.largest_residual * full.residual_scale
-        return None if np.linalg.norm(residual) > limit else step
+        tolerance = self.control.lagged.tolerance * length
+        return self._iterate(step, length, tolerance, self.control.lagged.maximum_iterations)
 
     def _iterate(
         self, step: Step | None, length: float, tolerance: float, maximum_iterations: int
@@ -231,53 +248,9 @@ class LaggedCorrector:
         highest = maxima.locate(self.corrector.arc(quantity, predictor), slope, length)
         return highest and self._to_fixed(highest)
 
-    def exact(self, origin: Origin) -> tuple[Solution, Predictor] | None:
-        """The solution of the full equations near an origin, and its predictor.
-
-        As of ``exact_near``.
-        """
-        exact = self.exact_near(*origin)
-        if exact is None or self.full is None:
-            return None
-        solution, jacobian = exact
-        predictor = self.full.predictor(solution.x, solution.p, jacobian, origin.direction)
-        return solution, predictor
-
-    def exact_near(self, q: Vector, p: float, direction: Vector) -> tuple[Solution, Matrix] | None:
-        """The solution of the full equations near one in a basis, and their Jacobian.
-
-        At the same parameter or, where there is none, across the direction of the branch. None
-        where there are no full equations, or their solution is another one.
-        """
-        if self.full is None:
-            return None
-        solution, jacobian = newton(self.full.equations, q, p, self.control)
-        if not solution.converged:
-            projected = projection(self.full, self.full.predictor_at(q, p, direction))
-            if projected is None:
-                return None
-            solution, jacobian = projected
-        change = np.linalg.norm(solution.x - q)
-        limit = self.control.lagged.largest_correction * np.linalg.norm(q)
-        return (solution, jacobian) if change <= limit else None
-
-    def arc_between(
-        self,
-        quantity: Quantity,
-        begin: Origin | Predictor,
-        end: Origin | Predictor,
-        step_length: float,
-    ) -> Arc:
-        """The branch from one solution towards the next, the distance as in the step between them.
-
-        By the full equations from a solution of these, else each point in the basis of its own.
-        """
-        q, p = end[0] - begin[0], end[1] - begin.p
-        if isinstance(begin, Predictor):
-            assert self.full is not None  # whose solutions alone have predictors
-            arc = self.full.arc(quantity, begin)
-            ratio = float(np.linalg.norm(np.append(q, p) * begin.weights)) / step_length
-            return lambda distance: arc(ratio * distance)
+    def arc_between(self, quantity: Quantity, begin: Origin, end: Origin) -> Arc:
+        """The branch from one solution towards the next, each point in the basis of its own."""
+        q, p = end.q - begin.q, end.p - begin.p
         weights = self.predictor.weights
         length = float(np.linalg.norm(np.append(q * weights[0], p * weights[-1])))
 
@@ -292,22 +265,12 @@ class LaggedCorrector:
                 self.control.lagged.tolerance_at_peak,
                 self.control.lagged.maximum_iterations_at_peak,
             )
-            observation = None if step is None else self._observation(quantity, step)
+            solution = step and self._to_fixed(step.solution)
             self.equations.restore(state)
             self._update_point, self.origin, self.predictor = kept
-            return observation
+            return solution and Observation(solution, quantity.value(solution.x), np.nan)
 
         return observation_at
-
-    def _observation(self, quantity: Quantity, step: Step) -> Observation:
-        """A solution with the slope along the full equations, NaN where there are none."""
-        solution, slope = self._to_fixed(step.solution), np.nan
-        q, p = solution.x, solution.p
-        if self.full is not None:
-            direction = np.append(q - self.origin.q, p - self.origin.p)
-            predictor = self.full.predictor_at(q, p, direction)
-            slope = quantity.slope(q, (predictor.tangent / predictor.weights)[:-1])
-        return Observation(solution, quantity.value(q), slope)
 
     def _to_fixed(self, solution: Solution) -> Solution:
         return solution._replace(x=self.equations.to_fixed(solution.x), reduced=True)

@@ -22,23 +22,13 @@ class Observation(NamedTuple):
 Arc = Callable[[float], Observation | None]
 """Observation at a distance from the start of a step; None where no solution is found."""
 
-Correction = Callable[[Any], tuple[Solution, Any] | None]
-"""By an origin in a reduced basis, the exact solution near it, and its own origin.
-
-None without one near it.
-"""
-
-#: samples that are compared again once one of them is corrected
-_COMPARED = 5
-
 
 class Maxima:
     """Location of the local maxima of a quantity while a branch is followed.
 
     Around a solution that is no lower than its neighbours, and higher than any maximum located
     between them, a maximum is sought that the slope did not show. If nothing higher is found there,
-    the solution itself is the maximum. Solutions in a reduced basis are corrected first: of a
-    branch that is rough by their error every third would be a maximum.
+    the solution itself is the maximum.
 
     Parameters
     ----------
@@ -48,22 +38,19 @@ class Maxima:
         The quantity.
     arc_between
         The branch by the distance from one solution towards the next, each given by the origin
-        passed to ``sample``, and the distance of the second.
+        passed to ``sample``.
     tolerance
         Tolerance of the location, relative to the step length.
-    correction
-        Correction of solutions in a reduced basis; by default there are none.
     """
 
     def __init__(
         self,
         branch: SolutionBranch,
         quantity: Quantity,
-        arc_between: Callable[[Any, Any, float], Arc],
+        arc_between: Callable[[Any, Any], Arc],
         tolerance: float,
-        correction: Correction | None = None,
     ) -> None:
-        self.tolerance, self._correction = tolerance, correction
+        self.tolerance = tolerance
         self.branch, self.quantity, self._arc_between = branch, quantity, arc_between
         self._samples: list[_Sample] = []
 
@@ -83,70 +70,48 @@ class Maxima:
             for each in self._samples
             if each.place < index and solutions[each.place] is each.solution
         ]
-        self._samples = [*before, _Sample(index, solutions[index], origin, length)][-_COMPARED:]
-        while any(self._improve(at) for at in range(1, len(self._samples) - 1)):
-            pass
+        self._samples = [*before, _Sample(index, solutions[index], origin, length)][-3:]
+        if len(self._samples) == 3:
+            self._refine(*self._samples)
 
-    def _improve(self, at: int) -> bool:
-        """Locate the maximum at a sample that is highest of three; whether anything changed."""
-        first, middle, last = self._samples[at - 1 : at + 2]
+    def _refine(self, first: "_Sample", middle: "_Sample", last: "_Sample") -> None:
+        """Locate a maximum between three successive solutions of which the middle is highest."""
         values = [self._value(sample.solution) for sample in (first, middle, last)]
         if not values[1] >= max(values) or min(values) == max(values):
-            return False
-        between = self.branch.solutions[first.place + 1 : last.place]
+            return
+        solutions = self.branch.solutions
+        between = solutions[first.place + 1 : last.place]
         if any(solution.located and self._value(solution) >= values[1] for solution in between):
-            return False
-        if not any([self._correct(near) for near in (at - 1, at, at + 1)]):
-            self._refine(at)
-        return True
-
-    def _correct(self, at: int) -> bool:
-        """Correct a sample in a reduced basis, unless that was tried; whether it is another now."""
-        sample = self._samples[at]
-        solution = sample.solution
-        if self._correction is None or sample.is_tried or not solution.reduced or solution.located:
-            return False
-        self._samples[at] = sample._replace(is_tried=True)
-        corrected = self._correction(sample.origin)
-        if corrected is None:
-            return False
-        exact, origin = corrected
-        self._put(at, exact._replace(iterations=solution.iterations))
-        self._samples[at] = self._samples[at]._replace(origin=origin)
-        return True
-
-    def _put(self, at: int, solution: Solution) -> None:
-        """Put another solution in place of a sample's."""
-        sample = self._samples[at]
-        self.branch.solutions[sample.place] = solution
-        self._samples[at] = sample._replace(solution=solution)
-
-    def _refine(self, at: int) -> None:
-        """Locate a maximum between three successive solutions of which the middle is highest."""
-        first, middle, last = self._samples[at - 1 : at + 2]
+            return
         steps = [
-            (self._arc_between(begin.origin, end.origin, end.length), end)
+            (self._arc_between(begin.origin, end.origin), end)
             for begin, end in ((first, middle), (middle, last))
         ]
-        highest, before = None, middle.place
+        highest, at = None, middle.place
         for arc, end in steps:
-            located = highest_of_step(arc, end.length, self.tolerance * end.length)
+            located = _highest_of_step(arc, end.length, self.tolerance * end.length)
             if located is not None and (highest is None or located.value > highest.value):
-                highest, before = located, end.place
-        for place, (arc, end) in enumerate(steps, at):
+                highest, at = located, end.place
+        for arc, end in steps:
             # a solution higher than the maximum beside it is less accurate: correct it
             if highest is None or highest.value < self._value(end.solution):
                 corrected = arc(end.length)
                 if corrected is not None:
-                    self._put(place, corrected.solution)
-        middle = self._samples[at]
-        if highest is None or highest.value < self._value(middle.solution):
-            self._put(at, middle.solution._replace(located=True))
+                    self._put(end, corrected.solution)
+        if highest is None or highest.value < self._value(solutions[middle.place]):
+            self._put(middle, solutions[middle.place]._replace(located=True))
             return
-        self.branch.solutions.insert(before, highest.solution._replace(located=True))
+        solutions.insert(at, highest.solution._replace(located=True))
         self._samples = [
-            sample._replace(place=sample.place + (sample.place >= before))
-            for sample in self._samples
+            sample._replace(place=sample.place + (sample.place >= at)) for sample in self._samples
+        ]
+
+    def _put(self, sample: "_Sample", solution: Solution) -> None:
+        """Put another solution in place of a sample's."""
+        self.branch.solutions[sample.place] = solution
+        self._samples = [
+            other._replace(solution=solution) if other.place == sample.place else other
+            for other in self._samples
         ]
 
     def _value(self, solution: Solution) -> float:
@@ -160,11 +125,9 @@ class _Sample(NamedTuple):
     solution: Solution
     origin: Any
     length: float
-    is_tried: bool = False
-    """Whether it was corrected, or could not be."""
 
 
-def highest_of_step(arc: Arc, length: float, width: float) -> Observation | None:
+def _highest_of_step(arc: Arc, length: float, width: float) -> Observation | None:
     """The highest solution of a step: at a zero of the slope, or by value alone."""
     start, highest = arc(width), None
     if start is not None and start.slope > 0:

@@ -44,8 +44,8 @@ class Branch:
     located
         Marks located local maxima, shape (solutions,).
     in_all_modes
-        Marks solutions of the balance in all linear modes, also where a branch in
-        response-dependent modes needed them, shape (solutions,).
+        Marks solutions that response-dependent modes do not hold or predict: those of a branch in
+        linear modes, and of others where these were needed, shape (solutions,).
     complete
         Whether the branch reaches the end of the window.
     reason

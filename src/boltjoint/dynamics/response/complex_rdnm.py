@@ -31,7 +31,8 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     modes to the excitation alone, at the last frequency.
 
     After every accepted solution the modes are updated at the next predicted point, and tracked by
-    their shape (MAC): their lag is of second order in the step.
+    their shape (MAC): their lag is of second order in the step. With the quasi-static correction
+    the solution is corrected in all linear modes, unless the modes are lagged.
 
     Parameters
     ----------
@@ -40,8 +41,8 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     count, target, jacobian
         As for ``LaggedRDNM``.
     is_lagged
-        Whether the modes are updated once a solution; else a step is repeated in updated modes
-        until they are those of its solution.
+        Whether the modes are updated once a solution, which is not corrected. Without the
+        quasi-static correction a step is else repeated until its modes are those of its solution.
     quasi_static_correction
         Whether q_r is added; else it is zero.
 
@@ -64,9 +65,9 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     ) -> None:
         super().__init__(balance, jacobian)
         self.implicit = not is_lagged
-        # with the residual modes, a basis of the solution itself is as good as the linear modes
-        exact = self.implicit and quasi_static_correction
-        self.full_equations = BalanceEquations(balance, jacobian) if exact else None
+        # a basis of the solution itself, with the residual modes, holds that in all linear modes
+        predicts = self.implicit and quasi_static_correction
+        self.full_equations = BalanceEquations(balance, jacobian) if predicts else None
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")
         self._modes = len(balance.stiffness)

@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
+from boltjoint.solvers.arc_length import Prediction
 from boltjoint.solvers.compiled_path import follow
 from boltjoint.solvers.compiled_steps import Limits
 from boltjoint.solvers.equations import Equations, LazyJacobian, SolutionBranch, StepControl
-from boltjoint.solvers.lagged_basis import LaggedEquations
+from boltjoint.solvers.lagged_basis import BasisPrediction, LaggedEquations
 from boltjoint.solvers.newton import newton
 
 #: where in the window a branch is started that does not cross it from its ends
@@ -93,30 +94,36 @@ class Continuation:
         self._equations, self._balance, self._control = equations, balance, control
         self._output = output
         self._largest_scale = control.window_scale * 2 * np.pi * (window[1] - window[0])
-        self._lagged = equations if isinstance(equations, LaggedEquations) else None
-        full = equations if self._lagged is None else self._lagged.full_equations
-        #: the equations themselves, or those in fixed coordinates with their solutions, if any
-        self._full = full if isinstance(full, BalanceEquations) else None
+        self._prediction: Prediction | None = None
+        #: the equations themselves or, in a basis, those in fixed coordinates that it predicts
+        self._full: BalanceEquations | None = equations
+        if isinstance(equations, LaggedEquations):
+            full = equations.full_equations
+            self._full = full if isinstance(full, BalanceEquations) else None
+            if full is not None:
+                self._prediction = BasisPrediction(equations, control, self._scale)
 
     def across(
         self, window: tuple[float, float], start: NDArray[np.float64] | None
     ) -> SolutionBranch:
         """Branch from one end of a window [rad/s] to the other, with shorter steps if need be.
 
-        One that an implicit basis does not lead across is followed in the full equations, whose
-        solutions it has.
+        One that is not led across by predictions in a basis is followed without them.
         """
+        if self._prediction is not None and self._full is not None:
+            branch = self._follow(window, window[0], start)
+            if branch.complete:
+                return branch
+            full = copy(self)
+            full._equations, full._prediction = self._full, None
+            other = full.across(window, start)
+            return other if other.complete else branch
         regular = self._follow_compiled(window, start)
         if regular is not None:
             return regular
         branch = self._from_starts(window, start)
         if branch.complete:
             return branch
-        if self._lagged is not None and self._full is not None:
-            full = copy(self)
-            full._equations, full._lagged = self._full, None
-            other = full.across(window, start)
-            return other if other.complete else branch
         steps, self._control = self._control, self._control.with_shorter_steps(_SHORTER_STEPS)
         other = self._from_starts(window, start)
         self._control = steps
@@ -154,9 +161,9 @@ class Continuation:
         if start is None:
             start = self._start(begin)
         trace = (
-            partial(arc_length.trace, self._equations)
-            if self._lagged is None
-            else partial(lagged_continuation.trace, self._lagged)
+            partial(arc_length.trace, self._full, prediction=self._prediction)
+            if self._full is not None
+            else partial(lagged_continuation.trace, self._equations)
         )
         return trace(
             start,
