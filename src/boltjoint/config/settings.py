@@ -69,7 +69,8 @@ class Solver(Entry):
     basis_update: Literal["implicit", "lagged"] = "implicit"
     """Response-dependent modes: implicit, those of the solution itself (self-consistent RDNM), with
     complex ones corrected in all linear modes; lagged, updated once a solution, as in the source
-    study, where some branches are not complete. Modes of ``rdnm-N`` with ``jacobian: forward-difference`` are always lagged."""
+    study, where some branches are not complete. Modes of ``rdnm-N`` with ``jacobian:
+    forward-difference`` are always lagged."""
     quasi_static_correction: StrictBool = True
     """Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes."""
     tolerance: Annotated[Number, Field(ge=LEAST_TOLERANCE, lt=1)] = StepControl.tolerance
