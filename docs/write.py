@@ -108,7 +108,8 @@ class Tables:
         """Largest difference [%] of a model's peak in the converged basis from the full one's."""
         found = self._of_converged_basis(**model)
         full = self._of_converged_basis(joint="node-to-node", coordinates="linear")
-        return (found - full)[f"peak_{what}_error_percent"].abs().max()
+        ratio = (100 + found) / (100 + full)
+        return 100 * (ratio[f"peak_{what}_error_percent"] - 1).abs().max()
 
     def cost(self, **model: str) -> str:
         """Least and most time [s] of a model in the converged basis, of any case."""

@@ -3,8 +3,8 @@ One loosened bolt
 =================
 
 The preload of each bolt may differ. Here the second one loses 90 % of its own. At small forces
-nothing changes, since the contact sticks; at large ones half of the joint slips, and the resonance
-falls.
+nothing changes in this joint, as what still carries load sticks; at large ones half of the joint
+slips, and the resonance falls.
 """
 
 from pathlib import Path

@@ -241,3 +241,15 @@ def test_files_that_pages_name_exist():
         if not any(any(folder.glob(name.rstrip("/"))) for folder in SEEN_FROM)
     }
     assert not missing
+
+
+def test_the_page_of_commands_has_all_of_them():
+    page = (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+    (subcommands,) = (
+        action.choices for action in _parser()._actions if isinstance(action.choices, dict)
+    )
+    assert set(re.findall(r"^\| `boltjoint (\w+)", page, re.MULTILINE)) == set(subcommands)
+    (formats,) = (
+        action.choices for action in subcommands["export"]._actions if action.dest == "format"
+    )
+    assert set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE)) == set(formats)
