@@ -243,6 +243,7 @@ def test_a_model_is_looked_at_before_anything_is_solved(described):
     assert facts["mass (kg)"] == f"{2 * 7.85e-9:.6g}"
     assert facts["volume (cm³)"] == "2e+06"
     assert facts["size (mm)"] == "1000 x 1000 x 2000"
+    assert facts["sets of elements"] == "LOWER, UPPER"
     assert (facts["bodies"], facts["rigid-body motions without contact"]) == ("2", "7")
     assert facts["bolts"] == "head, between two couplings, along (0, 0, -1), 500 N in the deck"
     assert facts["contact"].startswith("lap: 1 points, 10000 cm², gaps 0 to 0 mm")

@@ -49,6 +49,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     facts = _of_bodies(description, as_read) | _of_constraints(assembled)
     facts |= _of_bolts(description, assembled) | _of_contact(description, assembled)
     deck = as_read.deck
+    facts["sets of elements"] = _first(list(deck.element_sets.written.values()))
     facts["sets of nodes"] = _first(list(deck.node_sets.written.values()))
     facts["surfaces"] = _first([surface.name for surface in deck.surfaces.values()])
     facts["not used of the deck"] = _left_out(assembled)
