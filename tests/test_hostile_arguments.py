@@ -334,6 +334,43 @@ CALLS |= {
     ),
 }
 
+
+SLIDING = boltjoint.Structure.from_matrices(
+    **MATRICES
+    | {
+        "stiffness": np.diag(np.arange(1, 7) * 1e6),
+        "inputs": {"shaker": 0},
+        "outputs": {"sensor": 0},
+    }
+)
+
+
+def connect(preload):
+    """The joint of two masses that slide on each other."""
+    return boltjoint.connect_nodes(boltjoint.find_modes(SLIDING, "all-6"), preload, 1e6, 0.3)
+
+
+BOLTS = {
+    "structure": SLIDING,
+    "preload": 10.0,
+    "connect": connect,
+    "damping": 0.01,
+    "levels": (0.5, 1.0),
+    "around": (0.9,),
+}
+OF_BOLT = boltjoint.BoltPreloads(**BOLTS)
+SOFT = boltjoint.MeasuredBackbone([1e-6, 1e-5], [200.0, 190.0], 1.0, [0.01, 0.02], 0.001)
+FEW = CalibrationOptions(starts=1, maximum_evaluations=2)
+FITTED = {"model": OF_BOLT, "measured": SOFT, "repetitions": 0, "options": FEW}
+CALLS |= {
+    "BoltPreloads": (boltjoint.BoltPreloads, BOLTS),
+    "fit_preloads": (boltjoint.fit_preloads, FITTED),
+    "lowest": (
+        boltjoint.fit_preloads(**FITTED).lowest,
+        {"quantity": "preload_ratios", "count": 20, "seed": 1},
+    ),
+}
+
 #: calls of each, of which every one has another argument
 NUMBER = 40
 

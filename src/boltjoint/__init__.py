@@ -12,6 +12,7 @@ except PackageNotFoundError:
 #: what users of the library call, by the module that holds it; imported when first asked for, since
 #: compiled modules take their time
 _NAMES = {
+    "BoltPreloads": "calibration.bolt_preloads",
     "Branch": "dynamics.response.branch",
     "ConstantLoad": "friction.constant",
     "ContactPoints": "structure.contact_points",
@@ -32,6 +33,7 @@ _NAMES = {
     "find_backbone": "dynamics.backbone.backbone",
     "find_modes": "structure.modes",
     "fit": "calibration.fit",
+    "fit_preloads": "calibration.bolt_preloads",
     "fit_reduced_joint": "joint.reduced",
     "frequency_window": "dynamics.response.windows",
     "identify_ring_down": "measurement.identification",
