@@ -10,6 +10,7 @@ of noise in the damping and 0.1 % in the frequency. The preload of every bolt is
 import argparse
 import logging
 import time
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,14 +21,13 @@ from boltjoint import (
     Joint,
     MeasuredBackbone,
     apply_preload,
+    backbone_at,
     connect_nodes,
     find_modes,
     fit_preloads,
 )
-from boltjoint.calibration.backbone_points import SensedMode, solve_points
 from boltjoint.config.makers import description_of
 from boltjoint.damping import LossFactor
-from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.structure.makers.registry import make
 
 PRELOAD, DAMPING = 15e3, LossFactor(0.001)
@@ -78,9 +78,9 @@ def measured(joint: Joint, seed: int, index: int) -> list[MeasuredBackbone]:
     """Backbones of a joint with noise."""
     random, curves = np.random.default_rng([seed, index, 1]), []
     for resonance, amplitudes in AMPLITUDES.items():
-        equations = EPMCEquations(joint, DAMPING, resonance)
-        mode = SensedMode(equations, joint.response_mode, "displacement")
-        exact = solve_points(mode, amplitudes).curves
+        exact = np.column_stack(
+            backbone_at(joint, amplitudes, damping=DAMPING, resonance=resonance)
+        )
         values = exact * (1 + NOISE * random.standard_normal(exact.shape))
         (f, z), (of_f, of_z) = values.T, (NOISE * exact).T
         name = f"mode {resonance}"
@@ -101,10 +101,10 @@ def main() -> None:
     logging.disable(logging.WARNING)
     _, structure = make(description_of(HALF_LAP), Path())
     modes = find_modes(structure, "free-16")
-
-    def connect(preload):  # noqa: ANN001, ANN202
-        return connect_nodes(modes, preload, 2e13 * preload["area"].to_numpy(), 0.3)
-
+    stiffness = 2e13 * structure.contact.area
+    connect = partial(
+        connect_nodes, modes, tangential_stiffness=stiffness, friction_coefficient=0.3
+    )
     model = BoltPreloads(structure, PRELOAD, connect, DAMPING)
     found_right, within, seconds = 0, 0, []
     for index in range(args.first, args.first + args.count):

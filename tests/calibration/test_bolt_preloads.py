@@ -7,11 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 from small_study import ASSEMBLY, mesh_of
 
-from boltjoint import MeasuredBackbone, apply_preload, connect_nodes, find_modes
-from boltjoint.calibration.backbone_points import SensedMode, solve_points
+from boltjoint import MeasuredBackbone, apply_preload, backbone_at, connect_nodes, find_modes
 from boltjoint.calibration.bolt_preloads import BoltPreloads, fit_preloads
 from boltjoint.damping import as_damping
-from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.structure.makers.registry import structure_of
 
 PRELOAD, DAMPING = 10e3, as_damping(0.002)
@@ -43,9 +41,9 @@ def backbones(ratios, noise=0.0, seed=0):
     joint = connect(apply_preload(structure(), PRELOAD * np.array(ratios)))
     random, curves = np.random.default_rng(seed), []
     for resonance, amplitudes in AMPLITUDES.items():
-        equations = EPMCEquations(joint, DAMPING, resonance)
-        mode = SensedMode(equations, joint.response_mode, "displacement")
-        exact = solve_points(mode, amplitudes).curves
+        exact = np.column_stack(
+            backbone_at(joint, amplitudes, damping=DAMPING, resonance=resonance)
+        )
         deviation = np.array([1e-3, 1e-2]) * exact
         values = exact + noise * deviation * random.standard_normal(exact.shape)
         (f, z), (of_f, of_z) = values.T, deviation.T

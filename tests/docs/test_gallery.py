@@ -138,6 +138,13 @@ def loosened_bolt(names):
     assert_peaks_of_one_harmonic(names["joint"], response, 0.001)
 
 
+def which_bolt(names):
+    found = names["found"]
+    assert np.all(abs(found.scaled - names["truth"]) < 3 * found.standard_error)
+    assert found.scaled[1] == pytest.approx(0.4, abs=0.03)
+    assert names["probability"]["preload_ratios[1]"] > 0.999
+
+
 def calibration(names):
     ((of_frequency, of_damping),) = names["calibration"].rms_errors
     assert of_frequency < 2e-4

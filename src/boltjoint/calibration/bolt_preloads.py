@@ -56,8 +56,8 @@ class BoltPreloads:
     preload
         Tension of a tight bolt [N].
     connect
-        The joint of a ``preload.nc``, in the same modes for all: ``lambda preload:
-        connect_nodes(modes, preload, ...)``.
+        The joint of a ``preload.nc``, in the same modes for all: ``partial(connect_nodes, modes,
+        tangential_stiffness=...)``.
     damping
         Damping of the structure; a number is a loss factor.
     levels
