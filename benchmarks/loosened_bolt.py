@@ -25,6 +25,7 @@ from boltjoint import (
     connect_nodes,
     find_modes,
     fit_preloads,
+    loosest_bolt,
 )
 from boltjoint.config.makers import description_of
 from boltjoint.damping import LossFactor
@@ -113,7 +114,7 @@ def main() -> None:
         begun = time.process_time()
         found = fit_preloads(model, curves)
         seconds.append(time.process_time() - begun)
-        probability = found.lowest("preload_ratios")
+        probability = loosest_bolt(found)
         loosest = int(np.argmax(list(probability.values())))
         found_right += loosest == np.argmin(ratios)
         off = abs(found.scaled - ratios) / found.standard_error

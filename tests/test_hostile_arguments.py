@@ -365,9 +365,9 @@ FITTED = {"model": OF_BOLT, "measured": SOFT, "repetitions": 0, "options": FEW}
 CALLS |= {
     "BoltPreloads": (boltjoint.BoltPreloads, BOLTS),
     "fit_preloads": (boltjoint.fit_preloads, FITTED),
-    "lowest": (
-        boltjoint.fit_preloads(**FITTED).lowest,
-        {"quantity": "preload_ratios", "count": 20, "seed": 1},
+    "loosest_bolt": (
+        boltjoint.loosest_bolt,
+        {"found": boltjoint.fit_preloads(**FITTED), "count": 20, "seed": 1},
     ),
 }
 

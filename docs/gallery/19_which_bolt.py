@@ -21,6 +21,7 @@ from boltjoint import (
     connect_nodes,
     find_modes,
     fit_preloads,
+    loosest_bolt,
 )
 from boltjoint.config.makers import description_of
 from boltjoint.structure.makers.registry import make
@@ -84,7 +85,7 @@ for resonance, amplitudes in {1: (1e-5, 5e-4), 2: (1e-6, 5e-5)}.items():
 model = BoltPreloads(structure, 12e3, connect, 0.001)
 found = fit_preloads(model, measured)
 print(found.summary())
-probability = found.lowest("preload_ratios")
+probability = loosest_bolt(found)
 print(", ".join(f"{name} is the loosest: {share:.3f}" for name, share in probability.items()))
 
 figure, axes = plt.subplots(figsize=(5, 3.2), layout="constrained")

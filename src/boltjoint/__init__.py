@@ -38,6 +38,7 @@ _NAMES = {
     "frequency_window": "dynamics.response.windows",
     "identify_ring_down": "measurement.identification",
     "load_joint": "joint.io",
+    "loosest_bolt": "calibration.bolt_preloads",
     "partition_regions": "joint.partition",
     "read_signals": "measurement.signals",
     "simulate_ring_down": "measurement.simulated_ring_down",

@@ -208,6 +208,39 @@ def fit_preloads(
     return found
 
 
+def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[str, float]:
+    """Probability of each bolt that its preload is the lowest, by the covariance of a calibration.
+
+    Preloads are drawn from the normal distribution of the parameters; those beyond the bounds are
+    at these.
+
+    Parameters
+    ----------
+    found
+        As from ``fit_preloads``.
+    count, seed
+        Of the draws.
+
+    Raises
+    ------
+    ValueError
+        If no preload is among the parameters, or the measurement does not depend on any.
+    """
+    checks.instance("found", found, Calibration)
+    count = checks.whole("count", count, at_least=1)
+    random = np.random.default_rng(checks.whole("seed", seed, at_least=0))
+    places = [n for n, name in enumerate(found.names) if name.partition("[")[0] == _NAME]
+    if not places:
+        raise ValueError(f"no {_NAME} are among the parameters {', '.join(found.names)}")
+    _, jacobian = found.residual_and_jacobian
+    if not jacobian[:, places].any():
+        raise ValueError("the measurement does not depend on any preload: nothing slips in it")
+    drawn = random.standard_normal((count, found.scaled.size)) @ found.covariance_root.T
+    within = np.clip(found.scaled + drawn, *found.compared.space.bounds)
+    shares = np.bincount(within[:, places].argmin(axis=1), minlength=len(places)) / count
+    return {found.names[n]: float(share) for n, share in zip(places, shares, strict=True)}
+
+
 def _loads_and_gaps(preload: xr.Dataset) -> Array:
     """Normal loads [N] and gaps [m] of all pairs, shape (2, pairs)."""
     return np.array([preload["normal_load"].to_numpy(), preload["gap"].to_numpy()])

@@ -60,6 +60,11 @@ class Calibration:
     robust_scale: float
     determined_share: float
 
+    def __post_init__(self) -> None:
+        """Refuse what is none of a fit."""
+        checks.instance("compared", self.compared, ModelCurves)
+        checks.array("scaled", self.scaled, (len(self.names),))
+
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters."""
@@ -227,38 +232,6 @@ class Calibration:
         bounds = self.compared.space.bounds
         return importance_draws(self._cost, self.scaled, self.covariance, bounds, count, seed)
 
-    def lowest(self, quantity: str, count: int = 4000, seed: int = 1) -> dict[str, float]:
-        """Probability of each value of a quantity, as ``preload_ratios[0]``, to be the lowest.
-
-        By draws from the normal distribution that the covariance gives; those beyond the bounds are
-        at these.
-
-        Parameters
-        ----------
-        quantity
-            Name of the parameters without what is in brackets.
-        count, seed
-            Of the draws.
-
-        Raises
-        ------
-        ValueError
-            If there is no such parameter, or the measurement does not depend on any.
-        """
-        count = checks.whole("count", count, at_least=1)
-        random = np.random.default_rng(checks.whole("seed", seed, at_least=0))
-        places = [n for n, name in enumerate(self.names) if name.partition("[")[0] == quantity]
-        if not places:
-            raise ValueError(f"quantity {quantity!r} is none of {', '.join(self.names)}")
-        _, jacobian = self.residual_and_jacobian
-        if not jacobian[:, places].any():
-            raise ValueError(f"the measurement does not depend on any of {quantity}")
-        drawn = random.standard_normal((count, self.scaled.size)) @ self.covariance_root.T
-        within = np.clip(self.scaled + drawn, *self.compared.space.bounds)
-        # in their scales values of one quantity ascend as they do themselves
-        shares = np.bincount(within[:, places].argmin(axis=1), minlength=len(places)) / count
-        return {self.names[n]: float(share) for n, share in zip(places, shares, strict=True)}
-
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""
         points = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
@@ -276,13 +249,8 @@ class Calibration:
     def rms_errors(self) -> list[tuple[float, float]]:
         """Root mean square of the relative errors of frequency and damping of each curve."""
         pairs = zip(self.compared.measured, self.curves(), strict=True)
-        return [
-            (
-                float(np.sqrt(np.mean((curves[:, 0] / curve.frequency - 1) ** 2))),
-                float(np.sqrt(np.mean((curves[:, 1] / curve.damping_ratio - 1) ** 2))),
-            )
-            for curve, curves in pairs
-        ]
+        squares = (np.mean((curves / curve.values - 1) ** 2, axis=0) for curve, curves in pairs)
+        return [(float(np.sqrt(f)), float(np.sqrt(z))) for f, z in squares]
 
     @cached_property
     def checks_of_curves(self) -> tuple[CurveCheck, ...]:

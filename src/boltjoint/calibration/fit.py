@@ -105,8 +105,6 @@ def fit(
         raise ValueError("measured is empty: there must be one curve at least")
     if isinstance(model, Joint):
         model = JointParameters(model, damping)
-    if not callable(model):
-        raise ValueError(f"model is of type {type(model).__name__}: it must be a Joint or function")
     checks.sequence("parameters", parameters, Parameter)
     compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(parameters)))
     ends = [

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, norm
 
+from boltjoint import checks
 from boltjoint.calibration.backbone_points import SensedMode, neighbours_of, solve_points
 from boltjoint.calibration.measured_backbone import MODAL, MeasuredBackbone
 from boltjoint.calibration.parameters import ParameterSpace
@@ -57,6 +58,10 @@ class ModelCurves:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be fitted, before anything is solved."""
+        if not callable(self.model):
+            raise ValueError(f"model is of type {type(self.model).__name__}: it must be a function")
+        checks.sequence("measured", self.measured, MeasuredBackbone)
+        checks.instance("space", self.space, ParameterSpace)
         names = [curve.name for curve in self.measured]
         if len(set(names)) < len(names):
             raise ValueError(f"measured curves must have names of their own: {', '.join(names)}")
