@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint import checks
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
@@ -160,11 +161,11 @@ class Continuation:
     ) -> SolutionBranch:
         if start is None:
             start = self._start(begin)
-        trace = (
-            partial(arc_length.trace, self._full, prediction=self._prediction)
-            if self._full is not None
-            else partial(lagged_continuation.trace, self._equations)
-        )
+        if self._full is not None:
+            trace = partial(arc_length.trace, self._full, prediction=self._prediction)
+        else:
+            lagged = checks.instance("equations", self._equations, LaggedEquations)
+            trace = partial(lagged_continuation.trace, lagged)
         return trace(
             start,
             window,
