@@ -208,8 +208,6 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _fit(given: argparse.Namespace) -> int:
-    pass  # XXX
-
     if refused := _refuse_without_study(given.folder):
         return refused
     try:
