@@ -176,9 +176,9 @@ def test_one_response_dependent_mode_is_close_while_little_slips(joint):
     [
         # the modes are those of the maximum itself, which is located within 1e-6 of a step
         ("rdnm-1", "implicit", (1e-8, 1e-8)),
+        # corrected in all linear modes
+        ("complex-rdnm-1", "implicit", (1e-8, 1e-8)),
         # updated at the maximum until that changes the motion by 1e-6, from steps whose lag varies
-        ("complex-rdnm-1", "implicit", (1e-7, 1e-6)),
-        # not repeated between, but updated at the maximum all the same
         ("complex-rdnm-1", "lagged", (1e-7, 1e-6)),
         # updated between solutions, within an arc of 1e-3, over which the mode lags behind
         ("rdnm-1", "lagged", (1e-4, 1e-3)),
@@ -228,8 +228,10 @@ def test_lagged_modes_are_less_accurate(joint):
     ]
     assert within.complete
     assert after.complete
-    # most steps lead where they were expected to, and are not repeated
-    assert left[0] < left[1]
+    # corrected to the tolerance, and predicted but for the ends and the peak
+    assert left[0] < 1e-8 * equations.residual_scale < 1e-2 * left[1]
+    assert within.in_all_modes.sum() < 0.1 * within.frequency.size
+    assert not after.in_all_modes.any()
 
 
 def test_without_the_quasi_static_correction_one_mode_responds(joint):
@@ -257,10 +259,10 @@ def test_a_complex_mode_shows_the_peak_that_a_real_one_misses(law):
         for coordinates in ("linear", "rdnm-1", "complex-rdnm-1")
     )
     exact = full.frequency[full.peak], full.amplitude[full.peak]
-    # with what the other modes do under the force it is the whole motion; but the slope by which
-    # the maximum is found is that in modes which do not turn, and the amplitude is flat there
-    assert one.frequency[one.peak] == pytest.approx(exact[0], rel=3e-4)
-    assert one.amplitude[one.peak] == pytest.approx(exact[1], rel=1e-5)
+    # with what the other modes do under the force it predicts the whole motion
+    assert one.frequency[one.peak] == pytest.approx(exact[0], rel=1e-8)
+    assert one.amplitude[one.peak] == pytest.approx(exact[1], rel=1e-8)
+    assert one.in_all_modes.mean() < 0.2
     assert abs(real.frequency[real.peak] / exact[0] - 1) > 2e-3
     assert abs(real.amplitude[real.peak] / exact[1] - 1) > 1e-3
 

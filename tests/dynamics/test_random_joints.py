@@ -56,8 +56,11 @@ def test_a_branch_predicted_in_one_complex_mode_is_that_in_linear_modes(index, s
     assert branch["peak"] == pytest.approx(linear["peak"], rel=1e-8)
 
 
-def test_a_branch_in_one_complex_mode_passes_no_resonance():
-    """In the mode itself it left that of the equations at a corner; predictions do not end."""
+def test_a_branch_in_one_complex_mode_misses_no_resonance():
+    """In the mode itself it left that of the equations at a corner.
+
+    With predictions it does not reach the end of the window, and is followed without.
+    """
     joint, force, loss_factor = random_joint("variable", 880, seed=40411)
     control = StepControl(maximum_solutions=2500)
     branch, linear = (

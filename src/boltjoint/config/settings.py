@@ -72,7 +72,8 @@ class Solver(Entry):
     study, where some branches are not complete. Modes of ``rdnm-N`` with ``jacobian:
     forward-difference`` are always lagged."""
     quasi_static_correction: StrictBool = True
-    """Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes."""
+    """Whether ``complex-rdnm-N`` adds the quasi-static response of the residual modes; without it
+    solutions are not corrected in all linear modes."""
     tolerance: Annotated[Number, Field(ge=LEAST_TOLERANCE, lt=1)] = StepControl.tolerance
     """Residual at which a solution is accepted, relative to the modal force: at least 1e-15, since
     less is rounding."""

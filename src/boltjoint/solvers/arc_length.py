@@ -29,13 +29,12 @@ from boltjoint.solvers.linear_solvers import linear_solver
 from boltjoint.solvers.maxima import Maxima
 from boltjoint.solvers.tracer import Tracer
 
+Prediction = Callable[[Predictor, float], Vector | None]
+"""Weighted offset of a predicted solution from the last one, at about a distance; None without."""
+
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there; peaks are the same with half or twice
 CORNER = 1e-3
-
-
-Prediction = Callable[[Predictor, float], Vector | None]
-"""Weighted offset of a predicted solution from the last one, at a distance; None without one."""
 
 #: solutions on other continuations from corners of a complete branch, or as many as it has
 _MOST_OTHERS = 300
@@ -203,7 +202,7 @@ class CornerTracer(Tracer):
         """The solution at the step length from the last one; None where the corrector fails."""
         predicted = self._prediction and self._prediction(self.predictor, self.step_length)
         if predicted is not None:
-            step = self.corrector.correct_from(self.predictor, predicted)
+            step = self.corrector.correct_from(self.predictor, self.step_length, predicted)
             if step is not None:
                 return step._replace(solution=step.solution._replace(reduced=True))
         return self.corrector.correct(self.predictor, self.step_length)

@@ -179,13 +179,13 @@ class Corrector:
             offset = offset - correction
         return None
 
-    def correct_from(self, predictor: Predictor, predicted: Vector) -> Step | None:
-        """Solve on the sphere of a predicted offset, from it.
+    def correct_from(self, predictor: Predictor, radius: float, predicted: Vector) -> Step | None:
+        """Solve on a sphere, from where a predicted offset points.
 
         None where the corrector fails, or the solution is another one: it deviates from the tangent
         as in ``correct``, or is far from what was predicted.
         """
-        radius = float(np.linalg.norm(predicted))
+        predicted = radius / float(np.linalg.norm(predicted)) * predicted
         step = self.correct(predictor, radius, predicted / radius)
         if step is None:
             return None

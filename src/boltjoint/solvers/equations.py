@@ -89,8 +89,9 @@ MOST_SOLUTIONS = 1_000_000
 class LaggedControl(Options):
     """Continuation in a basis that depends on the response, such as response-dependent modes.
 
-    Where the basis only predicts solutions of the full equations, the options decide how these are
-    reached. A lagged basis has an error that ``tolerance`` and the step length move: with the steps
+    Where the basis only predicts solutions of the full equations, ``largest_correction`` decides
+    how these are reached, and no other option counts. A lagged basis has an error that the step
+    length moves, an implicit one that is not corrected one that ``tolerance`` moves: with the steps
     of the study by up to the error that the result states (``error_estimate``).
 
     Parameters

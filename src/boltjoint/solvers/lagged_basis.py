@@ -3,7 +3,8 @@
 The unknown is expressed in a basis that is updated at least once for each solution, so that its
 meaning changes along the branch; solutions are recorded in fixed coordinates. A lagged basis is
 that of the last solution or, where it is predictive, of the predicted point. An implicit one is
-updated by fixed-point iteration until it belongs to the solution itself.
+updated by fixed-point iteration until it belongs to the solution itself. Where there are full
+equations, solutions in the basis of the predicted point only predict those of these.
 
 References
 ----------
@@ -36,7 +37,10 @@ class LaggedEquations(Equations):
     """Whether the basis is that of the predicted point, not of the last solution."""
 
     implicit: bool
-    """Whether the basis is updated within a step until it belongs to the solution."""
+    """Whether the basis is updated within a step until it belongs to the solution.
+
+    It is not where the solution only predicts another.
+    """
 
     full_equations: Equations | None
     """In fixed coordinates, where solutions in the basis predict those of these; else None."""

@@ -61,7 +61,7 @@ def trace(
 
 
 class LaggedTracer(Tracer):
-    """Continuation in a basis that depends on the response; where it fails, in the full equations.
+    """Continuation in a basis that depends on the response.
 
     Parameters
     ----------

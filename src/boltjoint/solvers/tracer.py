@@ -73,10 +73,6 @@ class Tracer(ABC):
     def sample_end(self, solution: Solution, length: float) -> None:
         """Compare the solution at the end of the window, after a step, with those before it."""
 
-    def without_step(self, reason: str) -> bool:
-        """What follows where no step is accepted: whether the branch has not ended."""
-        return self.return_from_dead_end(reason)
-
     def return_from_dead_end(self, reason: str) -> bool:
         """What follows where the branch leads no further: whether it has not ended."""
         return self.stop(reason)
@@ -94,7 +90,7 @@ class Tracer(ABC):
             return self.stop("the branch has more solutions than allowed")
         step, reason = self.next_step()
         if step is None:
-            return self.without_step(reason)
+            return self.return_from_dead_end(reason)
         begin, end = self.window
         if (step.solution.p - begin) * self.sense < 0:
             return self.return_from_dead_end("the branch returned to the start of the window")

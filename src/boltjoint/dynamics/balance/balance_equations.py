@@ -55,7 +55,7 @@ class BalanceEquations(Equations):
         return balance_system(self.balance) if self.is_analytic else None
 
     def in_all_modes(self, reduced: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Solutions of the balance in all linear modes, by whether each is one of a basis."""
+        """Solutions that no basis held or predicted, by whether one did."""
         return ~reduced
 
     def evaluate(

@@ -44,8 +44,9 @@ class Branch:
     located
         Marks located local maxima, shape (solutions,).
     in_all_modes
-        Marks solutions that response-dependent modes do not hold or predict: those of a branch in
-        linear modes, and of others where these were needed, shape (solutions,).
+        Marks solutions that response-dependent modes do not hold and did not predict: all of a
+        branch in linear modes; of one in complex modes, where these did not suffice, and ends and
+        located peaks, which are solved without; shape (solutions,).
     complete
         Whether the branch reaches the end of the window.
     reason

@@ -30,9 +30,9 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     are projected with ``Phi^T``. The quasi-static correction q_r is the response of the residual
     modes to the excitation alone, at the last frequency.
 
-    After every accepted solution the modes are updated at the next predicted point, and tracked by
-    their shape (MAC): their lag is of second order in the step. With the quasi-static correction
-    the solution is corrected in all linear modes, unless the modes are lagged.
+    The modes are updated at each predicted point, and tracked by their shape (MAC): their lag is of
+    second order in the step. With the quasi-static correction the solution is corrected in all
+    linear modes, unless the modes are lagged.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
     count, target, jacobian
         As for ``LaggedRDNM``.
     is_lagged
-        Whether the modes are updated once a solution, which is not corrected. Without the
-        quasi-static correction a step is else repeated until its modes are those of its solution.
+        Whether the modes are updated once a solution, which is not corrected. If not, and without
+        the quasi-static correction, a step is repeated until its modes are those of its solution.
     quasi_static_correction
         Whether q_r is added; else it is zero.
 
@@ -64,9 +64,9 @@ class ComplexRDNM(BalanceEquations, LaggedEquations):
         quasi_static_correction: bool = True,
     ) -> None:
         super().__init__(balance, jacobian)
-        self.implicit = not is_lagged
         # a basis of the solution itself, with the residual modes, holds that in all linear modes
-        predicts = self.implicit and quasi_static_correction
+        predicts = quasi_static_correction and not is_lagged
+        self.implicit = not (is_lagged or predicts)
         self.full_equations = BalanceEquations(balance, jacobian) if predicts else None
         if balance.components[-2:] != ("sin", "cos") or len(balance.components) > 3:
             raise ValueError("complex response-dependent modes need a motion of one harmonic")

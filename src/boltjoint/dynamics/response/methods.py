@@ -192,10 +192,12 @@ class ResponseDependentModes(_Followed):
     is_complex
         Whether they are those of the complex describing function.
     is_lagged
-        Whether they are updated once a solution; else they are those of the solution itself. Real
-        modes with forward differences, as in the thesis, always are.
+        Whether they are updated once a solution; else they are those of the solution itself, and
+        that of complex ones is corrected in all linear modes. Real modes with forward differences,
+        as in the thesis, always are.
     quasi_static_correction
-        Whether complex modes add the quasi-static response of the residual modes.
+        Whether complex modes add the quasi-static response of the residual modes; without it they
+        are not corrected.
     jacobian, limits, has_fallback
         As of ``Method``.
     """

@@ -170,7 +170,12 @@ def _of_solutions(
         ("response_amplitude", amplitude, "m", "first-harmonic amplitude of the output point"),
         ("iterations", along("iterations"), "1", "corrector iterations"),
         ("converged", _flags(along("converged")), "1", "1 where the corrector converged"),
-        ("in_all_modes", in_all_modes, "1", "1 where response-dependent modes did not suffice"),
+        (
+            "in_all_modes",
+            in_all_modes,
+            "1",
+            "1 where no response-dependent mode held or predicted it",
+        ),
         ("residual", residuals, "1", "residual of the balance in all linear modes over the force"),
         ("error_estimate", error_estimate, "1", "estimated relative error of response_amplitude"),
         ("on_sweep_up", _flags(on_sweep_up), "1", "1 where a slow sweep up the frequency passes"),
