@@ -2,7 +2,7 @@
 
     python benchmarks/loosened_bolt.py --count 100 --seed 1
 
-draws preloads of a half lap with four bolts: one bolt has up to 70 % of the full preload, all
+draws preloads of a half lap with four bolts: one bolt has 2 to 70 % of the full preload, all
 others that with a scatter of 5 %. Its contact is solved anew with these, and its backbones have 1 %
 of noise in the damping and 0.1 % in the frequency. The preload of every bolt is fitted to them.
 """
@@ -71,7 +71,7 @@ def preloads(seed: int, index: int) -> NDArray[np.float64]:
     """Preload of each bolt over the full one, of which one is loose."""
     random = np.random.default_rng([seed, index])
     ratios = np.clip(random.normal(1.0, 0.05, 4), 0.8, 1.2)
-    ratios[random.integers(4)] = random.uniform(0.0, 0.7)
+    ratios[random.integers(4)] = random.uniform(0.02, 0.7)
     return ratios
 
 
@@ -114,15 +114,17 @@ def main() -> None:
         begun = time.process_time()
         found = fit_preloads(model, curves)
         seconds.append(time.process_time() - begun)
-        probability = loosest_bolt(found)
-        loosest = int(np.argmax(list(probability.values())))
-        found_right += loosest == np.argmin(ratios)
+        # an answer that is refused counts as wrong
+        probability = {} if found.refusals else loosest_bolt(found)
+        loosest = int(np.argmax(list(probability.values()))) if probability else -1
+        is_right = loosest == np.argmin(ratios)
+        found_right += is_right
         off = abs(found.scaled - ratios) / found.standard_error
         within += np.count_nonzero(off <= 1.96)
         print(
             f"{index}: {np.round(ratios, 3)}, found {np.round(found.scaled, 3)} "
             f"+- {np.round(found.standard_error, 3)}, bolt {loosest} with "
-            f"{max(probability.values()):.3f}{'' if loosest == np.argmin(ratios) else ' WRONG'}, "
+            f"{max(probability.values(), default=0.0):.3f}{'' if is_right else ' WRONG'}, "
             f"sum of squares {2 * found.costs.min():.0f} of {2 * 3 * 12} values",
             flush=True,
         )

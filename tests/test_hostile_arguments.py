@@ -359,7 +359,7 @@ BOLTS = {
     "around": (0.9,),
 }
 OF_BOLT = boltjoint.BoltPreloads(**BOLTS)
-SOFT = boltjoint.MeasuredBackbone([1e-6, 1e-5], [200.0, 190.0], 1.0, [0.01, 0.02], 0.001)
+SOFT = boltjoint.MeasuredBackbone([1e-6, 1e-5], [200.0, 190.0], 50.0, [0.01, 0.02], 1.0)
 FEW = CalibrationOptions(starts=1, maximum_evaluations=2)
 FITTED = {"model": OF_BOLT, "measured": SOFT, "repetitions": 0, "options": FEW}
 CALLS |= {

@@ -1,5 +1,6 @@
 """The preload of each bolt from backbones: of the two bolts of a coarse half lap."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -17,6 +18,7 @@ from boltjoint import (
     fit,
 )
 from boltjoint.calibration.bolt_preloads import BoltPreloads, fit_preloads, loosest_bolt
+from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.damping import as_damping
 from boltjoint.structure.makers.registry import structure_of
 
@@ -64,12 +66,19 @@ def backbones(ratios, noise=0.0, seed=0):
 
 def test_loads_are_those_of_one_loose_bolt():
     loads = apply_preload(structure(), [PRELOAD, 0.25 * PRELOAD])["normal_load"].to_numpy()
-    joint, _ = model()({"preload_ratios[1]": 0.25})
+    joint, damping = model()({"preload_ratios[1]": 0.25})
+    assert damping == DAMPING
     solved = joint.law.slip_force / 0.3
     # pairs that another preload closes have an element without load
     at = cKDTree(modes()["position"]).query(joint.position)[1]
     np.testing.assert_allclose(solved, loads[at], atol=1e-6 * loads.max())
     assert solved.sum() == pytest.approx(float(loads.sum()), rel=1e-8)
+    # between the levels it is interpolated
+    between = apply_preload(structure(), [PRELOAD, 0.17 * PRELOAD])["normal_load"].to_numpy()
+    joint, _ = model()({"preload_ratios[1]": 0.17})
+    # worst for a pair that only then begins to carry load
+    np.testing.assert_allclose(joint.law.slip_force / 0.3, between[at], atol=0.02 * loads.max())
+    assert joint.law.slip_force.sum() / 0.3 == pytest.approx(float(between.sum()), rel=5e-3)
 
 
 @pytest.mark.parametrize("ratios", [(0.95, 0.3), (0.4, 1.05)])
@@ -90,9 +99,33 @@ def test_under_noise_the_preloads_are_within_their_intervals_and_the_loose_one_i
     off = (found.scaled - np.array(ratios)) / found.standard_error
     assert np.all(abs(off) < 3)
     assert loosest_bolt(found)["preload_ratios[1]"] > 0.99
-    # nothing told apart: as likely as not
-    alike = fit_preloads(model(), backbones((1.0, 1.0), noise=1.0, seed=4))
-    assert max(loosest_bolt(alike).values()) < 0.999
+    low, high = found.profile("preload_ratios[1]")
+    assert low < 0.55 < high
+
+
+def test_what_does_not_tell_two_bolts_apart_gives_both_the_same_probability():
+    found = fit_preloads(model(), backbones((1.0, 1.0)), repetitions=0)
+    # as if nothing had been measured
+    root = np.diag([1e3, 1e3])
+    found.__dict__["covariance_root"] = root
+    assert list(loosest_bolt(found).values()) == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_a_bolt_that_is_held_stays_where_the_model_has_it():
+    held = BoltPreloads(structure(), PRELOAD, connect, DAMPING, around=(0.6, 1.0))
+    second = held.parameters()[1:]
+    found = fit(held, backbones((0.6, 0.8)), second, options=CalibrationOptions(starts=1))
+    assert found.best_values["preload_ratios[1]"] == pytest.approx(0.8, abs=0.02)
+    moved = held.moved_to(found)
+    at = [parameter.start for parameter in moved.parameters()]
+    assert at == pytest.approx([0.6, found.best_values["preload_ratios[1]"]])
+
+
+def test_where_the_model_cannot_be_right_no_bolt_is_named():
+    curves = [replace(curve, frequency=1.05 * curve.frequency) for curve in backbones((1.0, 0.5))]
+    found = fit_preloads(model(), curves, repetitions=0)
+    with pytest.raises(ValueError, match="the model cannot be right: mode 1: the frequency is off"):
+        loosest_bolt(found)
 
 
 def test_what_is_no_bolt_is_refused():
@@ -103,6 +136,6 @@ def test_what_is_no_bolt_is_refused():
     with pytest.raises(ValueError, match="no preload_ratios are among the parameters slip_force"):
         loosest_bolt(of_joint)
     with pytest.raises(ValueError, match="levels are"):
-        BoltPreloads(structure(), PRELOAD, connect, DAMPING, levels=(-0.1, 1.0))
+        BoltPreloads(structure(), PRELOAD, connect, DAMPING, levels=(0.0, 1.0))
     with pytest.raises(ValueError, match="around"):
         BoltPreloads(structure(), PRELOAD, connect, DAMPING, around=(1.0,))

@@ -1,12 +1,13 @@
 """Preload of each bolt as parameters of a calibration: which bolt is loose.
 
-Normal loads and gaps of all contact pairs are those of one state, and the change by each bolt
-alone, interpolated over its preload. What two bolts do together beyond that is left out: less, the
-nearer the state is to what is sought, so that a fit is repeated around its result.
+Normal loads and gaps of all contact pairs are those of one state of the bolts, and the change by
+each bolt alone, interpolated over its preload. What several bolts change together is left out. It
+is the smaller, the nearer that state is to the result, so that a fit is repeated around its result.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from types import MappingProxyType
 
 import numpy as np
@@ -18,7 +19,8 @@ from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.parameters import Parameter
+from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.damping import Damping, as_damping
 from boltjoint.joint.model import Joint
 from boltjoint.structure.model import Structure
@@ -27,25 +29,30 @@ from boltjoint.structure.preload import apply_preload
 Array = NDArray[np.float64]
 
 #: preloads of a bolt over the full one at which the contact is solved, up to one that is tighter
-LEVELS = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)
+LEVELS = (0.02, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)
 
-#: load of a pair that some preload closes, at least, over the largest: as none, but it has elements
+#: preloads of one loose bolt over the full one, of states at which a fit may begin
+_LOOSE = (0.05, 0.2, 0.5)
+
+#: load, over the largest, of a pair that carries none but would at another preload: so all states
+#: have the same elements
 _LEAST_LOAD = 1e-9
 
-#: distance of preloads over the full one that tell the slope by them
+#: distance, over the full preload, of two levels beside a state, by which slopes are right there
 _NEAR = 0.02
 
-#: distance of a start from the bounds, over these
+#: distance of a start from the bounds, and of values beyond these that count as at them, over their
+#: distance from each other
 _INSIDE = 1e-3
 
-#: change by a repeated fit, over the standard error, that counts no more
+#: change by a repeated fit, over the standard error, at which it is the last
 _SETTLED = 0.2
 
 _NAME = "preload_ratios"
 
 
 class BoltPreloads:
-    """A joint by the preload of each bolt, a model for ``fit``.
+    """A joint as a function of the preload of each bolt, a model for ``fit``.
 
     Parameters are ``preload_ratios[0]`` and so on: the preload of a bolt over the full one.
 
@@ -61,15 +68,19 @@ class BoltPreloads:
     damping
         Damping of the structure; a number is a loss factor.
     levels
-        Ascending preloads of a bolt over the full one at which the contact is solved.
+        Ascending preloads of a bolt over the full one at which the contact is solved: bounds of
+        what is fitted, and points between.
     around
-        Preload of each bolt over the full one, beside which others vary; by default all are full.
+        Preload of each bolt over the full one, within the levels: the state beside which others
+        vary. By default all bolts are tight.
 
     Raises
     ------
     ValueError
-        If the levels do not ascend or reach below 0, or there are not as many preloads as bolts;
-        as for ``apply_preload``.
+        If the levels do not ascend or are not positive, there are not as many preloads as bolts, or
+        one is beyond the levels; as for ``apply_preload``.
+    RuntimeError
+        As for ``apply_preload``.
     """
 
     def __init__(
@@ -86,32 +97,47 @@ class BoltPreloads:
         self._preload = checks.number("preload", preload, above=0)
         self._damping = as_damping(damping)
         self._levels = checks.ascending("levels", levels)
-        if self._levels[0] < 0:
-            raise ValueError(f"levels are {self._levels}: none may be below 0")
+        if self._levels[0] <= 0:
+            raise ValueError(f"levels are {self._levels}: all must be above 0")
         count = len(structure.bolts)
-        ratios = checks.array("around", np.ones(count) if around is None else around, (count,))
-        self._state = apply_preload(structure, self._preload * ratios)
-        self._loads = _loads_and_gaps(self._state)
+        state = np.ones(count) if around is None else around
+        self._state = checks.array("around", state, (count,))
+        low, high = self._levels[[0, -1]]
+        if np.any((self._state < low) | (self._state > high)):
+            raise ValueError(f"around is {self._state}: it must lie within the levels")
+        self._contact = apply_preload(structure, self._preload * self._state)
+        self._loads = _loads_and_gaps(self._contact)
         self._closed = self._loads[0] > 0
-        self._changes = [self._change_by(bolt, ratios) for bolt in range(count)]
+        self._changes = [self._change_by(bolt) for bolt in range(count)]
 
-    def _change_by(self, bolt: int, around: Array) -> PchipInterpolator:
+    def _change_by(self, bolt: int) -> PchipInterpolator:
         """Change of loads and gaps by the preload of one bolt over the full one."""
-        # on both sides of the state too, so that slopes are right there
-        near = np.clip(around[bolt] + np.array([-_NEAR, 0.0, _NEAR]), *self._levels[[0, -1]])
-        apart = abs(self._levels - around[bolt]) > 2 * _NEAR
+        at = self._state[bolt]
+        near = np.clip(at + np.array([-_NEAR, _NEAR]), *self._levels[[0, -1]])
+        apart = abs(self._levels - at) > 2 * _NEAR
         apart[[0, -1]] = True
-        ratios = np.union1d(self._levels[apart], near)
-        states = []
+        ratios = np.union1d(self._levels[apart], [*near, at])
+        loads = []
         for ratio in ratios:
-            of_all = around.copy()
+            of_all = self._state.copy()
             of_all[bolt] = ratio
-            states.append(_loads_and_gaps(apply_preload(self._structure, self._preload * of_all)))
-        self._closed |= np.any([loads > 0 for loads, _ in states], axis=0)
-        return PchipInterpolator(ratios, np.array(states) - self._loads, extrapolate=False)
+            is_known = ratio == at
+            contact = (
+                self._contact
+                if is_known
+                else apply_preload(self._structure, self._preload * of_all)
+            )
+            loads.append(_loads_and_gaps(contact))
+        self._closed |= np.any([load > 0 for load, _ in loads], axis=0)
+        return PchipInterpolator(ratios, np.array(loads) - self._loads)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of the parameters, in the order of the bolts."""
+        return tuple(f"{_NAME}[{bolt}]" for bolt in range(len(self._changes)))
 
     def parameters(self, start: Mapping[str, float] = MappingProxyType({})) -> list[Parameter]:
-        """The preloads over the full one within the levels, from starts inside; full by default."""
+        """The preload of each bolt within the levels, from a start or the state of the model."""
         low, high = (float(level) for level in self._levels[[0, -1]])
         room = _INSIDE * (high - low)
         return [
@@ -120,30 +146,28 @@ class BoltPreloads:
                 low,
                 high,
                 logarithmic=False,
-                start=float(np.clip(start.get(name, 1.0), low + room, high - room)),
+                start=float(np.clip(start.get(name, of_state), low + room, high - room)),
             )
-            for name in self.names
+            for name, of_state in zip(self.names, self._state, strict=True)
         ]
 
-    def around(self, found: Calibration) -> "BoltPreloads":
+    def moved_to(self, found: Calibration) -> "BoltPreloads":
         """The same model around the preloads of a calibration.
 
         Raises
         ------
-        ValueError
+        ValueError, RuntimeError
             As for the model.
         """
-        ratios = [found.best_values.get(name, 1.0) for name in self.names]
+        ratios = [
+            found.best_values.get(name, of_state)
+            for name, of_state in zip(self.names, self._state, strict=True)
+        ]
         of_all = self._structure, self._preload, self._connect, self._damping
         return BoltPreloads(*of_all, levels=self._levels.tolist(), around=ratios)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Of the parameters, in the order of the bolts."""
-        return tuple(f"{_NAME}[{bolt}]" for bolt in range(len(self._changes)))
-
     def __call__(self, values: Mapping[str, float]) -> tuple[Joint, Damping]:
-        """The joint with these preloads, all others as ``around``, and the damping.
+        """The joint with these preloads, all others as in the state of the model, and the damping.
 
         Raises
         ------
@@ -151,15 +175,18 @@ class BoltPreloads:
             If there is no such bolt, or a preload is beyond the levels.
         """
         low, high = self._levels[[0, -1]]
+        # derivatives at a bound ask for values beyond it
+        room = _INSIDE * (high - low)
         loads = self._loads.copy()
         for name, value in values.items():
             bolt = self.names.index(checks.choice("parameter", name, self.names))
-            loads += self._changes[bolt](checks.number(name, value, at_least=low, at_most=high))
+            value = checks.number(name, value, at_least=low - room, at_most=high + room)
+            loads += self._changes[bolt](value)
         load, gap = np.maximum(loads, 0.0)
         load[self._closed] = np.maximum(load[self._closed], _LEAST_LOAD * load.max())
-        with_loads = self._state.assign(
-            normal_load=self._state["normal_load"].copy(data=load),
-            gap=self._state["gap"].copy(data=gap),
+        with_loads = self._contact.assign(
+            normal_load=self._contact["normal_load"].copy(data=load),
+            gap=self._contact["gap"].copy(data=gap),
         )
         return self._connect(with_loads), self._damping
 
@@ -173,17 +200,20 @@ def fit_preloads(
 ) -> Calibration:
     """Fit the preload of every bolt to measured backbones.
 
+    It begins at the state that meets them best of the model's own and those with one loose bolt.
+
     Parameters
     ----------
     model
         The joint by its preloads.
     measured
-        One or several curves: three modes tell the bolts of a half lap apart.
+        One or several curves: of as many modes as tell the bolts apart, three of a half lap with
+        four bolts.
     repetitions
         How often the fit is repeated around its result, at most: less where that changes no preload
         by more than a fifth of its standard error.
     options
-        Number of starts, tolerance; of the first fit. Its first start has all bolts tight.
+        Of each fit; by default with one start.
 
     Returns
     -------
@@ -194,13 +224,15 @@ def fit_preloads(
     ------
     ValueError
         As for ``fit``.
+    RuntimeError
+        As for ``apply_preload``.
     """
     checks.instance("model", model, BoltPreloads)
     checks.whole("repetitions", repetitions, at_least=0)
-    options = CalibrationOptions(starts=2) if options is None else options
-    found = fit(model, measured, model.parameters(), options=options)
+    options = CalibrationOptions(starts=1) if options is None else options
+    found = fit(model, measured, _best_start(model, measured), options=options)
     for _ in range(repetitions):
-        last, model = found, model.around(found)
+        last, model = found, model.moved_to(found)
         parameters = model.parameters(last.best_values)
         found = fit(model, measured, parameters, options=replace(options, starts=1))
         if np.all(abs(found.scaled - last.scaled) <= _SETTLED * found.standard_error):
@@ -208,23 +240,45 @@ def fit_preloads(
     return found
 
 
+def _best_start(
+    model: BoltPreloads, measured: Sequence[MeasuredBackbone] | MeasuredBackbone
+) -> list[Parameter]:
+    """Parameters that start where the curves are met best, with at most one loose bolt."""
+    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
+    checks.sequence("measured", curves, MeasuredBackbone)
+    compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(model.parameters())))
+    candidates = [
+        model.parameters(start)
+        for start in ({}, *({name: ratio} for name, ratio in product(model.names, _LOOSE)))
+    ]
+
+    def square(parameters: list[Parameter]) -> float:
+        start = [parameter.start for parameter in parameters if parameter.start is not None]
+        try:
+            residual = compared.residual(compared.space.scaled(start))
+        except ValueError:
+            # a mode is not reached at an amplitude
+            return np.inf
+        return float(residual @ residual)
+
+    return min(candidates, key=square)
+
+
 def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[str, float]:
     """Probability of each bolt that its preload is the lowest, by the covariance of a calibration.
-
-    Preloads are drawn from the normal distribution of the parameters; those beyond the bounds are
-    at these.
 
     Parameters
     ----------
     found
         As from ``fit_preloads``.
     count, seed
-        Of the draws.
+        Of draws from the normal distribution of the parameters.
 
     Raises
     ------
     ValueError
-        If no preload is among the parameters, or the measurement does not depend on any.
+        If no preload is among the parameters, the measurement does not depend on any, or the model
+        cannot be right (``Calibration.refusals``): probabilities would mean nothing then.
     """
     checks.instance("found", found, Calibration)
     count = checks.whole("count", count, at_least=1)
@@ -232,12 +286,14 @@ def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[s
     places = [n for n, name in enumerate(found.names) if name.partition("[")[0] == _NAME]
     if not places:
         raise ValueError(f"no {_NAME} are among the parameters {', '.join(found.names)}")
+    if found.refusals:
+        raise ValueError(f"the model cannot be right: {found.refusals[0]}")
     _, jacobian = found.residual_and_jacobian
     if not jacobian[:, places].any():
         raise ValueError("the measurement does not depend on any preload: nothing slips in it")
     drawn = random.standard_normal((count, found.scaled.size)) @ found.covariance_root.T
-    within = np.clip(found.scaled + drawn, *found.compared.space.bounds)
-    shares = np.bincount(within[:, places].argmin(axis=1), minlength=len(places)) / count
+    lowest = (found.scaled + drawn)[:, places].argmin(axis=1)
+    shares = np.bincount(lowest, minlength=len(places)) / count
     return {found.names[n]: float(share) for n, share in zip(places, shares, strict=True)}
 
 

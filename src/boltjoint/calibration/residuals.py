@@ -59,7 +59,9 @@ class ModelCurves:
     def __post_init__(self) -> None:
         """Refuse what cannot be fitted, before anything is solved."""
         if not callable(self.model):
-            raise ValueError(f"model is of type {type(self.model).__name__}: it must be a function")
+            raise ValueError(
+                f"model is of type {type(self.model).__name__}: it must be a Joint or function"
+            )
         checks.sequence("measured", self.measured, MeasuredBackbone)
         checks.instance("space", self.space, ParameterSpace)
         names = [curve.name for curve in self.measured]
