@@ -274,6 +274,11 @@ def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[s
     count, seed
         Of draws from the normal distribution of the parameters.
 
+    Returns
+    -------
+    dict
+        By the names of the parameters; 1 in all.
+
     Raises
     ------
     ValueError
