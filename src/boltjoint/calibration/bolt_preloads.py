@@ -8,7 +8,6 @@ is the smaller, the nearer that state is to the result, so that a fit is repeate
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from types import MappingProxyType
 
 import numpy as np
 import xarray as xr
@@ -90,7 +89,7 @@ class BoltPreloads:
         connect: Callable[[xr.Dataset], Joint],
         damping: Damping | float,
         levels: Sequence[float] = LEVELS,
-        around: Sequence[float] | None = None,
+        around: Sequence[float] | Array | None = None,
     ) -> None:
         checks.instance("structure", structure, Structure)
         self._structure, self._connect = structure, connect
@@ -136,8 +135,13 @@ class BoltPreloads:
         """Of the parameters, in the order of the bolts."""
         return tuple(f"{_NAME}[{bolt}]" for bolt in range(len(self._changes)))
 
-    def parameters(self, start: Mapping[str, float] = MappingProxyType({})) -> list[Parameter]:
-        """The preload of each bolt within the levels, from a start or the state of the model."""
+    @property
+    def state(self) -> Array:
+        """Preload of each bolt over the full one, beside which others vary, shape (bolts,)."""
+        return self._state
+
+    def parameters(self) -> list[Parameter]:
+        """The preload of each bolt within the levels, starting at the state of the model."""
         low, high = (float(level) for level in self._levels[[0, -1]])
         room = _INSIDE * (high - low)
         return [
@@ -146,25 +150,21 @@ class BoltPreloads:
                 low,
                 high,
                 logarithmic=False,
-                start=float(np.clip(start.get(name, of_state), low + room, high - room)),
+                start=float(np.clip(ratio, low + room, high - room)),
             )
-            for name, of_state in zip(self.names, self._state, strict=True)
+            for name, ratio in zip(self.names, self._state, strict=True)
         ]
 
-    def moved_to(self, found: Calibration) -> "BoltPreloads":
-        """The same model around the preloads of a calibration.
+    def at_state(self, state: Sequence[float] | Array) -> "BoltPreloads":
+        """The same model around another state.
 
         Raises
         ------
         ValueError, RuntimeError
             As for the model.
         """
-        ratios = [
-            found.best_values.get(name, of_state)
-            for name, of_state in zip(self.names, self._state, strict=True)
-        ]
         of_all = self._structure, self._preload, self._connect, self._damping
-        return BoltPreloads(*of_all, levels=self._levels.tolist(), around=ratios)
+        return BoltPreloads(*of_all, levels=self._levels.tolist(), around=state)
 
     def __call__(self, values: Mapping[str, float]) -> tuple[Joint, Damping]:
         """The joint with these preloads, all others as in the state of the model, and the damping.
@@ -195,12 +195,14 @@ def fit_preloads(
     model: BoltPreloads,
     measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
     *,
+    starts: int = 6,
     repetitions: int = 3,
     options: CalibrationOptions | None = None,
 ) -> Calibration:
     """Fit the preload of every bolt to measured backbones.
 
-    It begins at the state that meets them best of the model's own and those with one loose bolt.
+    There are several minima where bolts act alike. So it begins at states with all bolts tight or
+    one loose, first at those that meet the curves best, until the model can be right.
 
     Parameters
     ----------
@@ -209,16 +211,18 @@ def fit_preloads(
     measured
         One or several curves: of as many modes as tell the bolts apart, three of a half lap with
         four bolts.
+    starts
+        States at which it begins, at most.
     repetitions
         How often the fit is repeated around its result, at most: less where that changes no preload
         by more than a fifth of its standard error.
     options
-        Of each fit; by default with one start.
+        Of each fit, which has one start.
 
     Returns
     -------
     Calibration
-        Of the last fit.
+        That with the least sum of squares.
 
     Raises
     ------
@@ -228,40 +232,55 @@ def fit_preloads(
         As for ``apply_preload``.
     """
     checks.instance("model", model, BoltPreloads)
+    checks.whole("starts", starts, at_least=1)
     checks.whole("repetitions", repetitions, at_least=0)
-    options = CalibrationOptions(starts=1) if options is None else options
-    found = fit(model, measured, _best_start(model, measured), options=options)
+    options = CalibrationOptions() if options is None else options
+    options = replace(checks.instance("options", options, CalibrationOptions), starts=1)
+    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
+    checks.sequence("measured", curves, MeasuredBackbone)
+    ends: list[Calibration] = []
+    for state in _states(model, curves)[:starts]:
+        ends.append(_settled(model, curves, state, repetitions, options))
+        if not ends[-1].refusals:
+            break
+    return min(ends, key=lambda end: float(end.costs.min()))
+
+
+def _settled(
+    model: BoltPreloads,
+    curves: Sequence[MeasuredBackbone],
+    state: Array,
+    repetitions: int,
+    options: CalibrationOptions,
+) -> Calibration:
+    """The fit that begins at a state, repeated around its result."""
+    model = model.at_state(state)
+    found = fit(model, curves, model.parameters(), options=options)
     for _ in range(repetitions):
-        last, model = found, model.moved_to(found)
-        parameters = model.parameters(last.best_values)
-        found = fit(model, measured, parameters, options=replace(options, starts=1))
+        last, model = found, model.at_state(found.scaled)
+        found = fit(model, curves, model.parameters(), options=options)
         if np.all(abs(found.scaled - last.scaled) <= _SETTLED * found.standard_error):
             break
     return found
 
 
-def _best_start(
-    model: BoltPreloads, measured: Sequence[MeasuredBackbone] | MeasuredBackbone
-) -> list[Parameter]:
-    """Parameters that start where the curves are met best, with at most one loose bolt."""
-    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
-    checks.sequence("measured", curves, MeasuredBackbone)
+def _states(model: BoltPreloads, curves: Sequence[MeasuredBackbone]) -> list[Array]:
+    """The state of the model and those with one loose bolt, that which meets curves best first."""
     compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(model.parameters())))
-    candidates = [
-        model.parameters(start)
-        for start in ({}, *({name: ratio} for name, ratio in product(model.names, _LOOSE)))
-    ]
+    states = [model.state]
+    for bolt, ratio in product(range(model.state.size), _LOOSE):
+        states.append(model.state.copy())
+        states[-1][bolt] = ratio
 
-    def square(parameters: list[Parameter]) -> float:
-        start = [parameter.start for parameter in parameters if parameter.start is not None]
+    def square(state: Array) -> float:
         try:
-            residual = compared.residual(compared.space.scaled(start))
+            residual = compared.residual(state)
         except ValueError:
             # a mode is not reached at an amplitude
             return np.inf
         return float(residual @ residual)
 
-    return min(candidates, key=square)
+    return sorted(states, key=square)
 
 
 def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[str, float]:
