@@ -163,8 +163,7 @@ class Corrector:
             sphere = offset @ offset / radius - radius
             limit = self.linear.smallest_residual(x, jacobian)
             if np.linalg.norm(residual) <= limit and abs(sphere) <= 1e-3 * radius:
-                smallest = self.control.smallest_cosine * radius
-                if direction is None and offset @ predictor.tangent < smallest:
+                if direction is None and self._deviates(predictor, offset, radius):
                     return None
                 solution = Solution(x, p, iteration, True)
                 jacobian = self.linear.linearise(jacobian_at) if update_jacobian else jacobian
@@ -191,9 +190,12 @@ class Corrector:
             return None
         offset = step.offset * predictor.weights
         correction = np.linalg.norm(offset - predicted)
-        near = correction <= self.control.lagged.largest_correction * radius
-        smallest = self.control.smallest_cosine * radius
-        return step if near and offset @ predictor.tangent >= smallest else None
+        is_far = correction > self.control.lagged.largest_correction * radius
+        return None if is_far or self._deviates(predictor, offset, radius) else step
+
+    def _deviates(self, predictor: Predictor, offset: Vector, radius: float) -> bool:
+        """Whether a weighted offset encloses more than the largest angle with the tangent."""
+        return bool(offset @ predictor.tangent < self.control.smallest_cosine * radius)
 
     def with_tangent_at_solution(self, predictor: Predictor) -> Predictor:
         """The predictor with the tangent of the Jacobian at its own solution."""

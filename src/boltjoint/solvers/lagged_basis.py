@@ -77,6 +77,21 @@ class LaggedEquations(Equations):
         """A change of the unknown as one of the response."""
 
 
+class Origin(NamedTuple):
+    """A solution in fixed coordinates from which a step is taken, and its direction."""
+
+    q: Vector
+    p: float
+    direction: Vector
+
+
+def _in_basis(corrector: Corrector, equations: LaggedEquations, origin: Origin) -> Predictor:
+    """The predictor at an origin in the present basis of equations, whose corrector is given."""
+    q, p, direction = origin
+    along = np.append(equations.change_from_fixed(direction[:-1]), direction[-1])
+    return corrector.predictor_at(equations.from_fixed(q), p, along)
+
+
 class BasisPrediction:
     """Solutions of the equations in a basis of the predicted point, for the full equations.
 
@@ -96,21 +111,12 @@ class BasisPrediction:
         """Weighted offset at a distance from the solution of a predictor; None without one."""
         equations, direction = self._equations, predictor.tangent / predictor.weights
         equations.update(*predictor.at(length * predictor.tangent))
-        along = np.append(equations.change_from_fixed(direction[:-1]), direction[-1])
-        held = self._corrector.predictor_at(equations.from_fixed(predictor.x), predictor.p, along)
-        step = self._corrector.correct(held, length)
+        origin = Origin(predictor.x, predictor.p, direction)
+        step = self._corrector.correct(_in_basis(self._corrector, equations, origin), length)
         if step is None:
             return None
         change = equations.to_fixed(step.solution.x) - predictor.x
         return np.append(change, step.solution.p - predictor.p) * predictor.weights
-
-
-class Origin(NamedTuple):
-    """A solution in fixed coordinates from which a step is taken, and its direction."""
-
-    q: Vector
-    p: float
-    direction: Vector
 
 
 class LaggedCorrector:
@@ -152,7 +158,7 @@ class LaggedCorrector:
         q = solution.x
         self.origin = Origin(q, p, np.append(np.zeros_like(q), sense))
         self._update_point = point, p
-        self.predictor = self._predictor()
+        self.predictor = _in_basis(self.corrector, equations, self.origin)
         return solution
 
     def solution_at(self, guess: Vector, p: float) -> Solution:
@@ -213,13 +219,7 @@ class LaggedCorrector:
         """Update the basis at a response, and express the predictor in it."""
         self.equations.update(q, p)
         self._update_point = q, p
-        self.predictor = self._predictor()
-
-    def _predictor(self) -> Predictor:
-        q, p, direction = self.origin
-        x = self.equations.from_fixed(q)
-        along = np.append(self.equations.change_from_fixed(direction[:-1]), direction[-1])
-        return self.corrector.predictor_at(x, p, along)
+        self.predictor = _in_basis(self.corrector, self.equations, self.origin)
 
     def project(self) -> None:
         """Project the predictor onto the branch, which the basis update has moved."""

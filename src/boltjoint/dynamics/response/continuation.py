@@ -101,7 +101,7 @@ class Continuation:
         if isinstance(equations, LaggedEquations):
             full = equations.full_equations
             self._full = full if isinstance(full, BalanceEquations) else None
-            if full is not None:
+            if self._full is not None:
                 self._prediction = BasisPrediction(equations, control, self._scale)
 
     def across(
