@@ -9,6 +9,7 @@ of noise in the damping and 0.1 % in the frequency. The preload of every bolt is
 
 import argparse
 import logging
+import sys
 import time
 from functools import partial
 from pathlib import Path
@@ -16,12 +17,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests/calibration"))
+from calibrated_joint import backbones_of
+
 from boltjoint import (
     BoltPreloads,
-    Joint,
-    MeasuredBackbone,
     apply_preload,
-    backbone_at,
     connect_nodes,
     find_modes,
     fit_preloads,
@@ -32,8 +33,8 @@ from boltjoint.damping import LossFactor
 from boltjoint.structure.makers.registry import make
 
 PRELOAD, DAMPING = 15e3, LossFactor(0.001)
-#: relative standard deviations of frequency and damping
-NOISE = np.array([1e-3, 1e-2])
+#: relative standard deviation of the damping; that of the frequency is a tenth of it
+NOISE = 0.01
 #: amplitudes of each mode at the tip [m], from first slip to a third of the whole shift
 AMPLITUDES = {
     1: np.geomspace(1.7e-5, 1e-3, 12),
@@ -75,22 +76,6 @@ def preloads(seed: int, index: int) -> NDArray[np.float64]:
     return ratios
 
 
-def measured(joint: Joint, seed: int, index: int) -> list[MeasuredBackbone]:
-    """Backbones of a joint with noise."""
-    random, curves = np.random.default_rng([seed, index, 1]), []
-    for resonance, amplitudes in AMPLITUDES.items():
-        exact = np.column_stack(
-            backbone_at(joint, amplitudes, damping=DAMPING, resonance=resonance)
-        )
-        values = exact * (1 + NOISE * random.standard_normal(exact.shape))
-        (f, z), (of_f, of_z) = values.T, (NOISE * exact).T
-        name = f"mode {resonance}"
-        curves.append(
-            MeasuredBackbone(amplitudes, f, of_f, z, of_z, resonance=resonance, name=name)
-        )
-    return curves
-
-
 def main() -> None:
     """Fit, and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
@@ -110,7 +95,8 @@ def main() -> None:
     found_right, within, seconds = 0, 0, []
     for index in range(args.first, args.first + args.count):
         ratios = preloads(args.seed, index)
-        curves = measured(connect(apply_preload(structure, PRELOAD * ratios)), args.seed, index)
+        joint = connect(apply_preload(structure, PRELOAD * ratios))
+        curves = backbones_of(joint, DAMPING, AMPLITUDES, NOISE, [args.seed, index, 1])
         begun = time.process_time()
         found = fit_preloads(model, curves)
         seconds.append(time.process_time() - begun)

@@ -8,6 +8,7 @@ from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.calibration.residuals import ModelCurves
+from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint
 
@@ -46,6 +47,22 @@ def curve_of(curves, amplitudes, noise=0.0, seed=0, **given):
     values = curves * (1 + bool(noise) * deviation * random.standard_normal(curves.shape))
     f, z = (deviation * curves).T
     return MeasuredBackbone(amplitudes, values[:, 0], f, values[:, 1], z, **given)
+
+
+def backbones_of(joint, damping, amplitudes, noise=0.0, seed=0):
+    """Measured curves of the modes of a joint, by their numbers and amplitudes."""
+    random = np.random.default_rng(seed)
+    return [
+        curve_of(
+            np.column_stack(backbone_at(joint, levels, damping=damping, resonance=number)),
+            levels,
+            noise,
+            random,
+            resonance=number,
+            name=f"mode {number}",
+        )
+        for number, levels in amplitudes.items()
+    ]
 
 
 @cache

@@ -17,7 +17,7 @@ from scipy.interpolate import PchipInterpolator
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
-from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
 from boltjoint.calibration.parameters import Parameter, ParameterSpace
 from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.damping import Damping, as_damping
@@ -40,8 +40,8 @@ _LEAST_LOAD = 1e-9
 #: distance, over the full preload, of two levels beside a state, by which slopes are right there
 _NEAR = 0.02
 
-#: distance of a start from the bounds, and of values beyond these that count as at them, over their
-#: distance from each other
+#: distance of a start from the bounds, and of values beyond these that are still answered, over
+#: their distance from each other
 _INSIDE = 1e-3
 
 #: change by a repeated fit, over the standard error, at which it is the last
@@ -100,45 +100,36 @@ class BoltPreloads:
             raise ValueError(f"levels are {self._levels}: all must be above 0")
         count = len(structure.bolts)
         state = np.ones(count) if around is None else around
-        self._state = checks.array("around", state, (count,))
+        #: preload of each bolt over the full one, beside which others vary, shape (bolts,)
+        self.state = checks.array("around", state, (count,))
         low, high = self._levels[[0, -1]]
-        if np.any((self._state < low) | (self._state > high)):
-            raise ValueError(f"around is {self._state}: it must lie within the levels")
-        self._contact = apply_preload(structure, self._preload * self._state)
+        if np.any((self.state < low) | (self.state > high)):
+            raise ValueError(f"around is {self.state}: it must lie within the levels")
+        self._contact = apply_preload(structure, self._preload * self.state)
         self._loads = _loads_and_gaps(self._contact)
-        self._closed = self._loads[0] > 0
-        self._changes = [self._change_by(bolt) for bolt in range(count)]
+        solved = [self._solved(bolt) for bolt in range(count)]
+        self._closed = np.any([np.any(loads[:, 0] > 0, axis=0) for _, loads in solved], axis=0)
+        self._changes = [PchipInterpolator(ratios, loads - self._loads) for ratios, loads in solved]
 
-    def _change_by(self, bolt: int) -> PchipInterpolator:
-        """Change of loads and gaps by the preload of one bolt over the full one."""
-        at = self._state[bolt]
+    def _solved(self, bolt: int) -> tuple[Array, Array]:
+        """Preloads of one bolt over the full one, and loads and gaps with each of them."""
+        at = self.state[bolt]
         near = np.clip(at + np.array([-_NEAR, _NEAR]), *self._levels[[0, -1]])
         apart = abs(self._levels - at) > 2 * _NEAR
         apart[[0, -1]] = True
         ratios = np.union1d(self._levels[apart], [*near, at])
-        loads = []
-        for ratio in ratios:
-            of_all = self._state.copy()
-            of_all[bolt] = ratio
-            is_known = ratio == at
-            contact = (
-                self._contact
-                if is_known
-                else apply_preload(self._structure, self._preload * of_all)
-            )
-            loads.append(_loads_and_gaps(contact))
-        self._closed |= np.any([load > 0 for load, _ in loads], axis=0)
-        return PchipInterpolator(ratios, np.array(loads) - self._loads)
+        loads = np.array([self._loads] * ratios.size)
+        for place in np.flatnonzero(ratios != at):
+            of_all = self.state.copy()
+            of_all[bolt] = ratios[place]
+            contact = apply_preload(self._structure, self._preload * of_all)
+            loads[place] = _loads_and_gaps(contact)
+        return ratios, loads
 
     @property
     def names(self) -> tuple[str, ...]:
         """Of the parameters, in the order of the bolts."""
         return tuple(f"{_NAME}[{bolt}]" for bolt in range(len(self._changes)))
-
-    @property
-    def state(self) -> Array:
-        """Preload of each bolt over the full one, beside which others vary, shape (bolts,)."""
-        return self._state
 
     def parameters(self) -> list[Parameter]:
         """The preload of each bolt within the levels, starting at the state of the model."""
@@ -152,17 +143,19 @@ class BoltPreloads:
                 logarithmic=False,
                 start=float(np.clip(ratio, low + room, high - room)),
             )
-            for name, ratio in zip(self.names, self._state, strict=True)
+            for name, ratio in zip(self.names, self.state, strict=True)
         ]
 
     def at_state(self, state: Sequence[float] | Array) -> "BoltPreloads":
-        """The same model around another state.
+        """The same model around another state; itself where it is its own.
 
         Raises
         ------
         ValueError, RuntimeError
             As for the model.
         """
+        if np.array_equal(state, self.state):
+            return self
         of_all = self._structure, self._preload, self._connect, self._damping
         return BoltPreloads(*of_all, levels=self._levels.tolist(), around=state)
 
@@ -236,8 +229,7 @@ def fit_preloads(
     checks.whole("repetitions", repetitions, at_least=0)
     options = CalibrationOptions() if options is None else options
     options = replace(checks.instance("options", options, CalibrationOptions), starts=1)
-    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
-    checks.sequence("measured", curves, MeasuredBackbone)
+    curves = curves_of(measured)
     ends: list[Calibration] = []
     for state in _states(model, curves)[:starts]:
         ends.append(_settled(model, curves, state, repetitions, options))
@@ -248,7 +240,7 @@ def fit_preloads(
 
 def _settled(
     model: BoltPreloads,
-    curves: Sequence[MeasuredBackbone],
+    curves: tuple[MeasuredBackbone, ...],
     state: Array,
     repetitions: int,
     options: CalibrationOptions,
@@ -264,9 +256,9 @@ def _settled(
     return found
 
 
-def _states(model: BoltPreloads, curves: Sequence[MeasuredBackbone]) -> list[Array]:
+def _states(model: BoltPreloads, curves: tuple[MeasuredBackbone, ...]) -> list[Array]:
     """The state of the model and those with one loose bolt, that which meets curves best first."""
-    compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(model.parameters())))
+    compared = ModelCurves(model, curves, ParameterSpace(tuple(model.parameters())))
     states = [model.state]
     for bolt, ratio in product(range(model.state.size), _LOOSE):
         states.append(model.state.copy())

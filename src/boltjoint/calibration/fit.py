@@ -10,7 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
-from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.calibration.residuals import Model, ModelCurves
 from boltjoint.config.measured import Loss
@@ -99,14 +99,11 @@ def fit(
     options = CalibrationOptions() if options is None else options
     checks.instance("options", options, CalibrationOptions)
     checks.choice("loss", loss, LOSSES)
-    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
-    checks.sequence("measured", curves, MeasuredBackbone)
-    if not curves:
-        raise ValueError("measured is empty: there must be one curve at least")
+    curves = curves_of(measured)
     if isinstance(model, Joint):
         model = JointParameters(model, damping)
     checks.sequence("parameters", parameters, Parameter)
-    compared = ModelCurves(model, tuple(curves), ParameterSpace(tuple(parameters)))
+    compared = ModelCurves(model, curves, ParameterSpace(tuple(parameters)))
     ends = [
         _least_squares(compared, start, loss, options)
         for start in compared.space.starts(options.starts, options.seed)

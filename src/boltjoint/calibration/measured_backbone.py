@@ -1,5 +1,6 @@
 """Measured backbones as a calibration takes them: curves with their standard deviations."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -123,3 +124,20 @@ class MeasuredBackbone:
             sensor=sensor,
             name=name,
         )
+
+
+def curves_of(
+    measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+) -> tuple[MeasuredBackbone, ...]:
+    """One or several curves as a tuple.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or one is of another kind.
+    """
+    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
+    checks.sequence("measured", curves, MeasuredBackbone)
+    if not curves:
+        raise ValueError("measured is empty: there must be one curve at least")
+    return tuple(curves)
