@@ -86,6 +86,25 @@ def polygon_edges(polygon: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.stack([polygon, np.roll(polygon, -1, axis=1)], axis=-1).reshape(-1, 2)
 
 
+def long_lines(polygon: NDArray[np.int64]) -> list[list[int]]:
+    """Edges of polygons, each once, in long lines, which take fewer points than single edges."""
+    neighbours = defaultdict(set)
+    for begin, end in polygon_edges(polygon).tolist():
+        neighbours[begin].add(end)
+        neighbours[end].add(begin)
+    lines = []
+    for begin in sorted(neighbours):
+        while neighbours[begin]:
+            line = [begin]
+            while neighbours[line[-1]]:
+                last, following = line[-1], min(neighbours[line[-1]])
+                neighbours[last].remove(following)
+                neighbours[following].remove(last)
+                line.append(following)
+            lines.append(line)
+    return lines
+
+
 def polygon_area(corner: NDArray[np.float64]) -> NDArray[np.float64]:
     """Area of polygons from their corners, shape (..., corners, 2); negative for clockwise ones."""
     x, y = np.moveaxis(corner, -1, 0)

@@ -1,6 +1,5 @@
 """Figures of half laps: mesh, modes, initial gap, and deformation under preload."""
 
-from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
@@ -23,10 +22,10 @@ from boltjoint.report.figures.contact import set_plan_view
 from boltjoint.report.figures.outlines import (
     ContactSurface,
     closed_shape,
+    long_lines,
     outer_faces,
     outline_loops,
     polygon_area,
-    polygon_edges,
     positions_of,
     section_outlines,
 )
@@ -215,7 +214,7 @@ def _draw_mesh(axes: Axes, assembly: xr.Dataset) -> None:
         fill_shapes(axes, [closed_shape(drawn, outline_loops(faces))], facecolors=colour, **thin)
         # bolts are too dark, and their elements as those of washers too small, to show lines
         if kind not in ("bolts", "washers"):
-            lines = Shape.make_compound_path(*(Shape(drawn[line]) for line in _long_lines(faces)))
+            lines = Shape.make_compound_path(*(Shape(drawn[line]) for line in long_lines(faces)))
             fill_shapes(axes, [lines], facecolors="none", **thin)
     from scipy.spatial import ConvexHull  # takes long to import
 
@@ -263,25 +262,6 @@ def _visible_faces(
         (faces[seen[(style[seen] == one).all(axis=1)]], kinds[one[1]], one[2] / _TONES)
         for one in np.unique(style[seen], axis=0)
     ]
-
-
-def _long_lines(polygon: NDArray[np.int64]) -> list[list[int]]:
-    """Edges of polygons, each once, in long lines, which take fewer points than single edges."""
-    neighbours = defaultdict(set)
-    for begin, end in polygon_edges(polygon).tolist():
-        neighbours[begin].add(end)
-        neighbours[end].add(begin)
-    lines = []
-    for begin in sorted(neighbours):
-        while neighbours[begin]:
-            line = [begin]
-            while neighbours[line[-1]]:
-                last, following = line[-1], min(neighbours[line[-1]])
-                neighbours[last].remove(following)
-                neighbours[following].remove(last)
-                line.append(following)
-            lines.append(line)
-    return lines
 
 
 def _draw_plan(axes: Axes, assembly: xr.Dataset) -> None:
