@@ -53,7 +53,12 @@ def test_the_measured_backbone_is_fitted_as_its_page_says(monkeypatch):
 
 
 #: figures that scripts of docs/ draw: the others are copied from results
-DRAWN = {"growth": "benchmarks", "measured": "first_picture", "rooms": "rooms_picture"}
+DRAWN = {
+    "growth": "benchmarks",
+    "measured": "first_picture",
+    "mesh_keys": "mesh_keys_picture",
+    "rooms": "rooms_picture",
+}
 
 
 def test_every_figure_of_the_pages_is_drawn_or_copied_by_a_script(monkeypatch):
