@@ -60,7 +60,8 @@ class Mesh(EntryWithLaterKeys):
 
     Each bolt sits in a rectangular cell as wide as the bar, with rings of elements around the hole;
     columns of elements fill the lap between and beside the cells. The divisions also set the number
-    of contact pairs, 1370 and 1693 in the assemblies given here.
+    of contact pairs, 1370 and 1693 in the assemblies given here. A drawing of *Your own joint*
+    (``docs/studies.md``) shows where each of them acts.
     """
 
     LATER_KEYS = frozenset({"rings_head_to_washer_edge", "layers_in_washer"})
