@@ -39,6 +39,7 @@ WINDOW = (60.0, 200.0)
 SOLVED = {"force": 1.0, "damping": 0.01, "resonance": boltjoint.Resonance(1, WINDOW)}
 SOLVED |= {"method": boltjoint.LinearModes(), "control": boltjoint.StepControl()}
 FORCES = {name: value for name, value in SOLVED.items() if name != "force"} | {"forces": [1.0]}
+FORCES_ALONE = {name: FORCES[name] for name in ("forces", "damping", "resonance")}
 RESPONSE = boltjoint.solve_response(JOINT, **FORCES)
 IWAN = FourParameterIwan([0], [1.0], [1.0], [-0.5], [0.0])
 K, SLIP = np.array([1e6, 2e6, 4e6]), np.array([1.0, 2.0, 3.0])
@@ -369,6 +370,34 @@ CALLS |= {
         boltjoint.loosest_bolt,
         {"found": boltjoint.fit_preloads(**FITTED), "count": 20, "seed": 1},
     ),
+}
+
+#: two bodies of twelve nodes each, of which the first ten are in contact
+BODIES = np.arange(72).reshape(2, 12, 3)
+NODES = np.column_stack([np.arange(10.0), np.zeros((10, 2))])
+TWO_BODIES = boltjoint.Structure.from_matrices(
+    stiffness=np.diag(np.linspace(1e6, 3e7, 73)) - 1e4 * (np.ones((73, 73)) - np.eye(73)),
+    mass=np.diag(np.append(np.ones(72), 1e-3)),
+    contact=boltjoint.ContactPoints.of_pairs(
+        BODIES[0, :10], BODIES[1, :10], 73, position=NODES, area=1e-4, friction_coefficient=0.1
+    ),
+    bolts={"bolt": np.eye(73)[2] - np.eye(73)[38]},
+    inputs={"shaker": 30},
+    outputs={"sensor": 30},
+)
+LOADED = boltjoint.apply_preload(TWO_BODIES, 10.0)
+COULOMB = {"law": "constant", "tangential_stiffness_N_per_m": 1e6, "friction_coefficient": 0.3}
+CALLS |= {
+    "ContactCondition": (boltjoint.ContactCondition.of, {"contact": COULOMB, "damping": 0.01}),
+    "find_pod_modes": (
+        # a preload that is not finite is refused with what it spoils, by a RuntimeError
+        partial(boltjoint.find_pod_modes, preload=LOADED),
+        {
+            "assembly": TWO_BODIES,
+            "conditions": [boltjoint.ContactCondition.of(COULOMB, 0.01)],
+        },
+    ),
+    "find_converged_peaks": (boltjoint.find_converged_peaks, {"joint": JOINT, **FORCES_ALONE}),
 }
 
 #: calls of each, of which every one has another argument

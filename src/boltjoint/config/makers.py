@@ -31,6 +31,7 @@ from importlib import import_module
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from boltjoint import checks
 from boltjoint.other_packages import entries
 
 if TYPE_CHECKING:
@@ -60,10 +61,10 @@ def is_maker(name: object) -> bool:
 
 
 def maker(name: str) -> ModuleType:
-    """The maker of this name; a ``KeyError`` if there is none."""
+    """The maker of this name; a ``ValueError`` if there is none."""
     if name in _MODULES:
         return import_module(_MODULES[name])
-    return entries(GROUP)[name].load()
+    return entries(GROUP)[checks.choice("maker", name, maker_names())].load()
 
 
 def page_of(name: str) -> ModuleType:

@@ -181,8 +181,8 @@ class Structure:
                 f"relative of the contact points has {self.contact.relative.shape[1]} columns, the "
                 f"structure {self.dofs} degrees of freedom"
             )
-        object.__setattr__(self, "bolts", tuple(self.bolts))
         checks.sequence("bolts", self.bolts, Bolt)
+        object.__setattr__(self, "bolts", tuple(self.bolts))
         for bolt in self.bolts:
             checks.array(f"load of {bolt.name}", bolt.load, (self.dofs,))
         for name in ("inputs", "outputs"):

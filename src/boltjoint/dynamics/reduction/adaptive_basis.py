@@ -26,7 +26,9 @@ from pydantic import TypeAdapter
 from scipy.sparse.linalg import ArpackError
 from threadpoolctl import threadpool_limits
 
+from boltjoint import checks
 from boltjoint.config.contact import Contact
+from boltjoint.config.entries import Entry
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.epmc import ModalState
@@ -61,15 +63,44 @@ Array = NDArray[np.float64]
 class ContactCondition:
     """A contact and damping that a basis is made for.
 
-    ``contact`` as of a case; ``damping`` of the structure.
+    Parameters
+    ----------
+    contact
+        As of a case; ``of`` takes its keys.
+    damping
+        Of the structure.
     """
 
     contact: Contact
     damping: Damping
 
+    def __post_init__(self) -> None:
+        """Refuse what is no contact or damping."""
+        checks.instance("contact", self.contact, Entry)
+        checks.instance("damping", self.damping, Damping)
+
     @classmethod
     def of(cls, contact: Mapping[str, Any], damping: Damping | float) -> Self:
-        """The condition of a case: ``contact`` by its keys, a number is a loss factor."""
+        """The condition of a case by the keys of its contact.
+
+        Parameters
+        ----------
+        contact
+            Keys of ``contact`` in a case, as ``law`` and ``tangential_stiffness_N_per_m``.
+        damping
+            Of the structure; a number is a loss factor.
+
+        Returns
+        -------
+        ContactCondition
+            For ``find_pod_modes``.
+
+        Raises
+        ------
+        ValueError
+            If a key is missing, not known or out of range.
+        """
+        checks.mapping("contact", contact)
         return cls(TypeAdapter(Contact).validate_python(contact), as_damping(damping))
 
     def tangential_stiffness(self, area: Array, surface: NDArray[np.str_]) -> Array:
@@ -106,7 +137,7 @@ def find_pod_modes(
     assembly: xr.Dataset | Structure,
     preload: xr.Dataset,
     conditions: Sequence[ContactCondition],
-    options: "ContactAdaptedBasis",
+    options: "ContactAdaptedBasis | None" = None,
     pod_options: PODOptions = PODOptions(),
 ) -> xr.Dataset:
     """POD modes of an assembly for the contact conditions of its cases.
@@ -119,7 +150,8 @@ def find_pod_modes(
     conditions
         Contact and damping that the basis is made for, at least one.
     options
-        Number of candidates and POD modes, tolerances, and the states at which errors are found.
+        Number of candidates and POD modes, tolerances, and the states at which errors are found;
+        those of a study by default.
     pod_options
         Options of the snapshots and their decomposition.
 
@@ -139,11 +171,17 @@ def find_pod_modes(
     Raises
     ------
     ValueError
-        If preload and assembly do not hold the same pairs, no pair carries load, or there is no
-        condition.
+        If preload and assembly do not hold the same pairs, no pair carries load, there is no
+        condition, or the structure has too few degrees of freedom for such a basis.
     RuntimeError
         If the assembly is not held, or the candidates are lost in rounding.
     """
+    if options is None:
+        from boltjoint.config.settings import ContactAdaptedBasis
+
+        options = ContactAdaptedBasis()
+    checks.sequence("conditions", conditions, ContactCondition)
+    checks.instance("preload", preload, xr.Dataset)
     conditions = list(dict.fromkeys(conditions))
     if not conditions:
         raise ValueError("conditions are empty: a basis is made for at least one contact")
@@ -152,6 +190,12 @@ def find_pod_modes(
     candidates = find_candidates(
         structure, preload, options.free_modes, second_tangents=second_tangents
     )
+    shapes, first = len(candidates.mass), min(pod_options.first_modes, options.free_modes)
+    if shapes <= first:
+        raise ValueError(
+            f"structure and contact have {shapes} shapes, too few for a contact-adapted basis, "
+            f"which begins with {first} modes: take all-{shapes}"
+        )
     connections = [(partial(at.connect, preload), at.damping) for at in conditions]
     of_pairs = candidates.area, candidates.surface
     of_conditions = [at.tangential_stiffness(*of_pairs) for at in conditions]
