@@ -45,8 +45,9 @@ class Grid(Entry):
 
 
 class Samples(Entry):
-    """Designs drawn from the values of all keys, each key whatever the others are.
+    """Designs drawn from the values of all keys, each key independently of the others.
 
+    Correlated keys are rows of a table instead: ``design: {kind: table}``.
     From a list its values are drawn equally often. In a Latin hypercube every key is spread evenly
     by itself; a scrambled Sobol sequence fills the space more evenly, best with a power of two of
     designs.
