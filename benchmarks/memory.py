@@ -21,7 +21,8 @@ import yaml
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.settings import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances

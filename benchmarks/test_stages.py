@@ -10,7 +10,8 @@ from study_joints import RESULTS, joint_of
 from boltjoint import dataset
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.settings import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reductions import reduce_joint

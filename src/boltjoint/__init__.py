@@ -15,7 +15,7 @@ _NAMES = {
     "BoltPreloads": "calibration.bolt_preloads",
     "Branch": "dynamics.response.branch",
     "ConstantLoad": "friction.constant",
-    "ContactCondition": "dynamics.reduction.adaptive_basis",
+    "ContactCondition": "dynamics.reduction.contact_condition",
     "ContactPoints": "structure.contact_points",
     "Joint": "joint.model",
     "LinearModes": "dynamics.response.methods",

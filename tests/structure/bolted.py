@@ -10,7 +10,8 @@ from boltjoint.config.makers import description_of
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.makers.registry import make
 from boltjoint.structure.modes import find_modes

@@ -13,8 +13,9 @@ from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.study import load_study
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, _trace, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import _trace, find_pod_modes
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.basis.candidates import find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates, estimated_errors
 from boltjoint.structure.basis.snapshots import uniform_modes

@@ -12,7 +12,8 @@ from scipy.sparse import diags_array
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes

@@ -10,7 +10,8 @@ from small_study import mesh_of
 from test_structure_model import as_matrices
 
 from boltjoint.config.settings import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.makers.registry import structure_of

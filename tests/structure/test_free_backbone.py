@@ -8,7 +8,8 @@ from scipy.sparse.linalg import eigsh, splu
 
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes

@@ -8,7 +8,8 @@ from scipy.sparse.linalg import eigsh
 
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dataset import save
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import resonances, resonances_in, stuck_patterns

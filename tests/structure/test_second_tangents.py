@@ -11,7 +11,8 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from boltjoint import solve_branch
 from boltjoint.config.settings import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs

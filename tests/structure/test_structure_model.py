@@ -12,7 +12,8 @@ from scipy.linalg import eigh
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.converged_peaks import converge_peaks, find_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes

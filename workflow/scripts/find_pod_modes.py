@@ -2,7 +2,8 @@
 
 from boltjoint import dataset
 from boltjoint.config.settings import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import ContactCondition, find_pod_modes
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.provenance import logs
 from boltjoint.structure.structure_file import load_structure
 

@@ -13,32 +13,27 @@ element methods. Acta Numerica 10 (2001) 1-102.
 """
 
 import logging
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
-from pydantic import TypeAdapter
 from scipy.sparse.linalg import ArpackError
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
-from boltjoint.config.contact import Contact
-from boltjoint.config.entries import Entry
-from boltjoint.damping import Damping, as_damping
+from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.epmc import ModalState
 from boltjoint.dynamics.backbone.peak_force import PeakSensitivity, peak_sensitivities
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
-from boltjoint.friction.combined import elements_of_pairs
-from boltjoint.friction.element_law import ContactPairs
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
-from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.names import FEWEST_AUTOMATIC
 from boltjoint.structure.basis.candidates import Candidates, find_candidates
 from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
@@ -57,69 +52,6 @@ if TYPE_CHECKING:
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class ContactCondition:
-    """A contact and damping that a basis is made for.
-
-    Parameters
-    ----------
-    contact
-        As of a case; ``of`` takes its keys.
-    damping
-        Of the structure.
-    """
-
-    contact: Contact
-    damping: Damping
-
-    def __post_init__(self) -> None:
-        """Refuse what is no contact or damping."""
-        checks.instance("contact", self.contact, Entry)
-        checks.instance("damping", self.damping, Damping)
-
-    @classmethod
-    def of(cls, contact: Mapping[str, Any], damping: Damping | float) -> Self:
-        """The condition of a case by the keys of its contact.
-
-        Parameters
-        ----------
-        contact
-            Keys of ``contact`` in a case, as ``law`` and ``tangential_stiffness_N_per_m``.
-        damping
-            Of the structure; a number is a loss factor.
-
-        Returns
-        -------
-        ContactCondition
-            For ``find_pod_modes``.
-
-        Raises
-        ------
-        ValueError
-            If a key is missing, not known or out of range.
-        """
-        checks.mapping("contact", contact)
-        return cls(TypeAdapter(Contact).validate_python(contact), as_damping(damping))
-
-    def tangential_stiffness(self, area: Array, surface: NDArray[np.str_]) -> Array:
-        """Of pairs of these areas on these surfaces [N/m], shape (pairs,)."""
-        nothing = np.zeros(area.shape)
-        every = ContactPairs(nothing + 1, nothing, np.zeros((area.size, 3)), area, surface)
-        elements, pairs = elements_of_pairs(every, **self.contact.options)
-        of_pairs = np.empty(area.shape)
-        of_pairs[pairs[elements.point_of_element]] = elements.tangential_stiffness
-        return of_pairs
-
-    def connect(self, preload: xr.Dataset, modes: xr.Dataset) -> Joint:
-        """Node-to-node joint of modes under a preload."""
-        return connect_pairs(modes, preload, **self.contact.options)
-
-    @property
-    def needs_second_tangents(self) -> bool:
-        """Whether its law needs motion along the second tangents of the contact."""
-        return "lateral" in self.contact.declaration.directions
 
 
 @dataclass(frozen=True)
