@@ -1,19 +1,53 @@
-"""Tables of the peaks of a case with more harmonics, and of their verification in time."""
+"""Peaks of a case with several harmonics: their motion, tables, and verification in time."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE
 from boltjoint.study.artefact_list import Artefact, Contents
-from boltjoint.study.display import table
+from boltjoint.study.display import data_of, figure, table
 from boltjoint.study.response_list import Response
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.figure import Figure
 
     from boltjoint.joint.model import Joint
     from boltjoint.study.results import Results
+
+
+def _with_several_harmonics(contents: Contents) -> Iterator[dict[str, Any]]:
+    """Responses of the node-to-node joints in linear modes that are solved in several harmonics."""
+    for case in contents.study.cases if contents.study.solver.harmonics != 1 else ():
+        for response in contents.references(case):
+            yield {"case": case, **response._asdict()}
+
+
+@figure(
+    "peak_motions",
+    of=_with_several_harmonics,
+    reads=(
+        data_of("joint", by=("case", "basis", "joint")),
+        data_of("response", by=("case", *Response._fields)),
+    ),
+    job="responses_{case}_{basis}",
+    section="motion",
+    title="Motion at the peaks around resonance {resonance} in {basis}",
+    caption="Above, the displacement of the output point over one period, from phase 0 of the "
+    "excitation; below, the amplitudes of its harmonics: both at the peak of each level, over the "
+    "first-harmonic amplitude that stands beside the frequency of the peak. Motions that are "
+    "nearly sines may coincide. Harmonic 0 is the mean displacement from the assembled state; "
+    "harmonics that are not drawn vanish, or were not solved. Under base excitation displacements "
+    "are relative to the supports.",
+)
+def peak_motions(artefact: Artefact, results: "Results") -> "Figure":
+    """Time history and spectrum of the motion at the peaks."""
+    from boltjoint.report.figures.peak_motions import plot_peak_motions
+
+    joint = {name: getattr(artefact, name) for name in ("case", "basis", "joint")}
+    mode = results.dataset("joint", **joint)["response_mode"].to_numpy()
+    return plot_peak_motions(results.dataset("response", **artefact.fields), mode)
 
 
 def _bases(contents: Contents) -> Iterator[dict[str, Any]]:

@@ -104,6 +104,7 @@ def case_page(
         "measured": ("The fit to the measurement", calibration_section(name, case, content)),
         "answer": ("Peaks", peaks),
         "explore-responses": ("Responses", parts.responses + _still_response(bases[0])),
+        "motion": ("Motion at the peaks", bases[0].content.section("motion", basis=bases[0].name)),
         "natural-frequencies": ("Natural frequencies", natural_frequencies(name, case, content)),
         "joint-in-space": ("The joint in space", parts.view),
         "case": ("The case", facts(name, case, solver, content)),
@@ -164,6 +165,7 @@ def _sections(basis: CaseBasis) -> Iterator[Section]:
             for resonance in others
         },
         "fits": ("Fits of elements", fits(basis)),
+        "motion": ("Motion at the peaks", Markup()),
         "backbones": ("Backbones", Markup()),
         "harmonics": higher_harmonics(basis),
         "states": ("Contact at the peaks", contact_states(basis)),
