@@ -12,6 +12,8 @@ from small_study import CASE, write_config
 
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
+from boltjoint.dynamics.response.converged_peak import add_converged_peaks
+from boltjoint.dynamics.response.converged_peaks import converge_peaks, find_converged_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.names import REFERENCE, Basis
@@ -117,16 +119,48 @@ def test_a_response_without_peaks_has_a_figure_that_says_so(under_variable_load,
     assert "5 N\nno peak found" in legend_texts(made.axes[0])
 
 
-def test_motions_of_one_harmonic_have_no_figure():
+def test_motions_of_one_harmonic_are_not_drawn():
     for law in ("constant", "variable"):
         joint, response = solve(law, harmonics=1)
-        with pytest.raises(ValueError, match="its motions are sines"):
-            plot_peak_motions(response, joint.response_mode)
+        made = plot_peak_motions(response, joint.response_mode)
+        assert curves(made.axes[0]) == curves(made.axes[1]) == {}
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_peaks_with_all_harmonics_come_first(law):
+    joint = make_joint(12, law=law)
+    response = solve_response(joint, LEVELS, damping=0.01)
+    found = add_converged_peaks(response, converge_peaks(joint, response))
+    history, spectrum = plot_peak_motions(found, joint.response_mode).axes
+    for place, (level, name) in enumerate(zip(LEVELS, curves(history), strict=True)):
+        peak = find_converged_peak(
+            joint, *motion_at_peak(response, level), level, 0.01
+        ).sequence.peaks[-1]
+        in_time = peak.motion.in_time(512) @ joint.response_mode / peak.amplitude
+        np.testing.assert_allclose(curves(history)[name][:-1, 1], in_time, atol=1e-12)
+        assert (
+            f"{peak.frequency:.1f} Hz, {1e3 * peak.amplitude:.3g} mm"
+            in legend_texts(history)[-len(LEVELS) + place]
+        )
+        assert curves(spectrum)[name][-1, 0] > 2
+
+
+def test_a_case_without_converged_peaks_stores_no_motion():
+    joint = make_joint(12)
+    response = solve_response(joint, LEVELS, damping=0.01)
+    lost = response.assign(peak_frequency=np.nan * response["peak_frequency"])
+    assert "peak_motion_converged" not in converge_peaks(joint, lost)
 
 
 @pytest.mark.parametrize(
     ("changes", "resonances"),
-    [({}, []), ({"solver": AFT | {"harmonics": 1}}, []), ({"solver": AFT}, [1, 2]), (AUTO, [1, 2])],
+    [
+        ({"converged_peaks": False}, []),
+        ({"solver": AFT | {"harmonics": 1}, "converged_peaks": False}, []),
+        ({}, [1, 2]),
+        ({"solver": AFT, "converged_peaks": False}, [1, 2]),
+        (AUTO, [1, 2]),
+    ],
 )
 def test_studies_with_several_harmonics_have_a_figure_for_each_resonance(
     tmp_path, changes, resonances

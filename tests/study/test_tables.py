@@ -7,7 +7,8 @@ import pytest
 from small_joint import make_joint, make_preload
 
 from boltjoint.dataset import DamagedFile
-from boltjoint.dynamics.response.converged_peaks import add_converged_peaks, converge_peaks
+from boltjoint.dynamics.response.converged_peak import add_converged_peaks
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.methods import LinearModes
 from boltjoint.friction import contact_states

@@ -12,7 +12,7 @@ from boltjoint import checks
 from boltjoint.config.varied_keys import is_rescaled
 from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.balance.modal_contact import ModalContact
-from boltjoint.dynamics.response.converged_peaks import ConvergedPeak
+from boltjoint.dynamics.response.converged_peak import ConvergedPeak
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 from boltjoint.study.designs import varied

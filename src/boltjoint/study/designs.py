@@ -21,7 +21,8 @@ from boltjoint.config.varied_keys import Quantity, is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response.converged_peaks import ConvergedPeak, find_converged_peak
+from boltjoint.dynamics.response.converged_peak import ConvergedPeak
+from boltjoint.dynamics.response.converged_peaks import find_converged_peak
 from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.methods import Problem

@@ -11,8 +11,8 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import (
-    add_converged_peaks,
     converge_peaks,
     find_converged_peaks,
     solve_converged_response,

@@ -18,8 +18,10 @@ if TYPE_CHECKING:
 
 
 def _with_several_harmonics(contents: Contents) -> Iterator[dict[str, Any]]:
-    """Responses of the node-to-node joints in linear modes that are solved in several harmonics."""
-    for case in contents.study.cases if contents.study.solver.harmonics != 1 else ():
+    """Node-to-node responses in linear modes whose peaks have several harmonics, or all."""
+    study = contents.study
+    has_several = study.solver.harmonics != 1 or study.harmonic_convergence
+    for case in study.cases if has_several else ():
         for response in contents.references(case):
             yield {"case": case, **response._asdict()}
 
@@ -35,10 +37,11 @@ def _with_several_harmonics(contents: Contents) -> Iterator[dict[str, Any]]:
     section="motion",
     title="Motion at the peaks around resonance {resonance} in {basis}",
     caption="Above, the displacement of the output point over one period, from phase 0 of the "
-    "excitation; below, the amplitudes of its harmonics: both at the peak of each level, over the "
-    "first-harmonic amplitude that stands beside the frequency of the peak. Motions that are "
-    "nearly sines may coincide. Harmonic 0 is the mean displacement from the assembled state; "
-    "harmonics that are not drawn vanish, or were not solved. Under base excitation displacements "
+    "excitation; below, the amplitudes of its harmonics: both at the peak of each level, with all "
+    "harmonics where that is known, over the first-harmonic amplitude that stands beside the "
+    "frequency of the peak. Motions that are nearly sines coincide. Harmonic 0 is the mean "
+    "displacement from the assembled state; harmonics that are not drawn vanish, or were not "
+    "solved. Under base excitation displacements "
     "are relative to the supports.",
 )
 def peak_motions(artefact: Artefact, results: "Results") -> "Figure":

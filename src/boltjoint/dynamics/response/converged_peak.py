@@ -1,0 +1,147 @@
+"""Peaks with as many harmonics as change nothing, in result files: values, errors and motion."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.dataset import quantities, quantity
+from boltjoint.dynamics.balance.periodic_motion import Superharmonic
+from boltjoint.dynamics.response.harmonic_convergence import PeakSequence
+
+
+class ConvergedPeak(NamedTuple):
+    """The peaks of a force level, with the truncation errors and a superharmonic of the last.
+
+    ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
+    harmonics than the first is found, or no motion with further ones near.
+    """
+
+    sequence: PeakSequence = PeakSequence(())
+    truncation_error: tuple[float, float] = (np.nan, np.nan)
+    superharmonic: Superharmonic | None = None
+
+    @property
+    def values(self) -> tuple[float, float, float]:
+        """Frequency [Hz], amplitude [m] and highest harmonic; not a number without a peak."""
+        if not self.sequence.has_more_harmonics:
+            return np.nan, np.nan, np.nan
+        last = self.sequence.peaks[-1]
+        return last.frequency, last.amplitude, last.harmonics
+
+
+def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
+    """A response with the converged peaks of its joint, their error bars and those of its own.
+
+    Parameters
+    ----------
+    response
+        ``response.nc`` in any coordinates.
+    converged
+        As from ``converge_peaks``, for the same joint, resonance and forces; with the estimated
+        errors of basis and weights (``joint.io.model_errors``), if they are to count.
+
+    Returns
+    -------
+    Dataset
+        Both, and relative error bars. ``peak_frequency_converged_error`` and
+        ``peak_amplitude_converged_error`` hold the truncation error of the converged peak and what
+        is estimated of its model; ``peak_frequency_error`` and ``peak_amplitude_error`` hold the
+        difference of the response's own peak from it too, over the smaller of both.
+    """
+    errors = {}
+    for what in ("frequency", "amplitude"):
+        ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
+        bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
+        for of in ("basis", "weights"):
+            estimate = float(converged.get(f"{of}_{what}_error", 0.0))
+            # what is not estimated is no part of the bar, and told apart from it
+            bar = bar * (1 + (0.0 if np.isnan(estimate) else estimate))
+        meaning = f"error bar of peak_{what}_converged, relative"
+        errors[f"peak_{what}_converged_error"] = quantity("force", bar - 1, "1", meaning)
+        # over the smaller of both, so that it holds the difference over either
+        own = np.maximum(ratio, 1 / ratio) * bar - 1
+        meaning = f"error bar of peak_{what}, relative"
+        errors[f"peak_{what}_error"] = quantity("force", own, "1", meaning)
+    return response.merge(converged).assign(errors)
+
+
+def converged_peaks_to_dataset(
+    peaks: Sequence[ConvergedPeak], output_mode: NDArray[np.float64]
+) -> xr.Dataset:
+    """Peak sequences of the force levels as ``response.nc`` holds them.
+
+    Parameters
+    ----------
+    peaks
+        Of each force level.
+    output_mode
+        Modes at the output point [kg^-1/2], shape (modes,).
+
+    Returns
+    -------
+    Dataset
+        As of ``converged_peaks.converge_peaks``.
+    """
+    tried = sorted({peak.harmonics for at in peaks for peak in at.sequence.peaks})
+    by_harmonics = np.full((2, len(peaks), len(tried)), np.nan)
+    for place, (sequence, *_) in enumerate(peaks):
+        for peak in sequence.peaks:
+            at = place, tried.index(peak.harmonics)
+            by_harmonics[:, *at] = peak.frequency, peak.amplitude
+    converged = np.array([at.values for at in peaks])
+    errors = np.array([at.truncation_error for at in peaks])
+    none = Superharmonic(0, np.nan, 0.0)
+    of_superharmonic = np.array([at.superharmonic or none for at in peaks])
+    of_all = "with as many harmonics as change nothing"
+    of_forces = (
+        ("peak_frequency_converged", converged[:, 0], "Hz", f"peak {of_all}"),
+        ("peak_amplitude_converged", converged[:, 1], "m", f"its amplitude {of_all}"),
+        ("peak_harmonics", converged[:, 2], "1", "highest of these harmonics"),
+        ("peak_frequency_truncation_error", errors[:, 0], "1", "of the converged peak"),
+        ("peak_amplitude_truncation_error", errors[:, 1], "1", "of its amplitude"),
+        ("superharmonic_order", of_superharmonic[:, 0], "1", "harmonic in resonance, 0 if none"),
+        ("superharmonic_frequency", of_superharmonic[:, 1], "Hz", "resonance of that harmonic"),
+        ("superharmonic_share", of_superharmonic[:, 2], "1", "that motion over the first harmonic"),
+    )
+    what = "with the harmonics up to that number"
+    return xr.Dataset(
+        quantities(
+            (name, "force", values, unit, meaning) for name, values, unit, meaning in of_forces
+        )
+        | {
+            "harmonic_peak_frequency": quantity(
+                ("force", "harmonics"), by_harmonics[0], "Hz", f"peak {what}"
+            ),
+            "harmonic_peak_amplitude": quantity(
+                ("force", "harmonics"), by_harmonics[1], "m", f"amplitude of the peak {what}"
+            ),
+        },
+        coords={"harmonics": quantity("harmonics", tried, "1", "highest harmonic")},
+    ).assign(_motions(peaks, output_mode))
+
+
+def _motions(
+    peaks: Sequence[ConvergedPeak], output_mode: NDArray[np.float64]
+) -> dict[str, xr.Variable]:
+    """Motion of the output point at the converged peaks, by component; nothing without any."""
+    last = [
+        at.sequence.peaks[-1].motion if at.sequence.has_more_harmonics else None for at in peaks
+    ]
+    motions = [motion for motion in last if motion is not None]
+    if not motions:
+        return {}
+    components = max((motion.components for motion in motions), key=len)
+    moved = [
+        np.full(len(components), np.nan)
+        if motion is None
+        else motion.in_components(components) @ output_mode
+        for motion in last
+    ]
+    meaning = "motion of the output point at peak_frequency_converged"
+    return {
+        "output_component": xr.Variable("output_component", np.array(components, dtype=object)),
+        "peak_motion_converged": quantity(("force", "output_component"), moved, "m", meaning),
+    }
