@@ -10,12 +10,12 @@ from boltjoint import dataset
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.io import (
     ImpossibleJoint,
-    basis_errors,
     free_mode_quantities,
     joint_from_dataset,
     joint_to_dataset,
     load_joint,
     model_errors,
+    of_modes,
     save_joint,
 )
 from boltjoint.joint.model import merge_points
@@ -99,7 +99,7 @@ def test_participation_has_the_unit_of_its_vectors():
 
 def test_the_error_of_the_basis_is_kept_by_what_is_reduced(either):
     modes = xr.Dataset(attrs={"estimated_frequency_error": 1e-3, "estimated_amplitude_error": 0.02})
-    stored = joint_to_dataset(either).assign(basis_errors(modes))
+    stored = joint_to_dataset(either).assign(of_modes(modes))
     regions = merge_points(either, np.arange(either.points) // 30)
     reduced = joint_to_dataset(regions, stored)
     for each in (stored, reduced):
@@ -113,5 +113,5 @@ def test_the_error_of_the_basis_is_kept_by_what_is_reduced(either):
     estimated = weighted.assign(estimated_amplitude_error=0.007)
     assert model_errors(estimated)["weights_amplitude_error"] == 0.007
     # nothing is estimated of a basis without contact
-    assert not basis_errors(xr.Dataset())
+    assert not of_modes(xr.Dataset())
     assert np.isnan(model_errors(joint_to_dataset(either))["basis_amplitude_error"])

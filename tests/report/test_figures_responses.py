@@ -204,19 +204,19 @@ def test_a_backbone_without_states_has_a_figure(tmp_path):
         assert texts_in(figure) == ["no results"] * (2 if count == 0 else 0)
 
 
-def test_a_response_tells_where_the_linear_model_ends(reference):
+def test_a_response_tells_where_the_model_ends(reference):
     far = reference.assign(peak_displacement_over_length=("force", [0.01, 0.05, 0.4]))
     (axes,) = plot_response(far, "node-to-node", "linear").axes
-    assert any("linear model ends" in text for text in legend_texts(axes))
+    assert any("the model ends" in text for text in legend_texts(axes))
     level, peak = float(far["force_level"][-1]), float(far["peak_amplitude"][-1])
     heights = [line.get_ydata() for line in axes.get_lines() if len(line.get_ydata()) == 2]
     limit = 1e3 * peak / level / 4
     assert any(np.allclose(each, limit, rtol=1e-9) for each in heights)
     (axes,) = plot_response(reference, "node-to-node", "linear").axes
-    assert not any("linear model ends" in text for text in legend_texts(axes))
+    assert not any("the model ends" in text for text in legend_texts(axes))
 
 
-def test_axes_of_backbones_end_beyond_the_linear_model():
+def test_axes_of_backbones_end_beyond_the_model():
     amplitude = np.geomspace(1e-6, 1.0, 50)
     found = xr.Dataset(
         {

@@ -21,7 +21,7 @@ from boltjoint.report.pages.interactive.view import (
     packed_contact,
     packed_displacement,
 )
-from boltjoint.structure.extent import LINEAR
+from boltjoint.structure.limits import LINEAR
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 
@@ -77,13 +77,17 @@ def test_natural_modes_lie_between_those_without_contact_and_sticking():
     assert "slipping" not in natural_modes(make_joint(), 3)
 
 
-def test_a_curve_ends_its_linear_model_where_the_largest_displacement_says(reference):
-    share = np.array([0.02, 0.1, 0.4])
-    solved = reference.assign(peak_displacement_over_length=("force", share))
-    for curve, of_length in zip(response_curves(solved), share, strict=True):
-        peak = curve.amplitude[curve.peak]
-        assert curve.linear_limit == pytest.approx(peak * LINEAR / of_length)
-    assert all(np.isnan(each.linear_limit) for each in response_curves(reference))
+def test_a_model_ends_at_the_first_of_its_limits(reference):
+    share, of_clearance = np.array([0.02, 0.1, 0.4]), np.array([0.1, 2.0, np.nan])
+    solved = reference.assign(
+        peak_displacement_over_length=("force", share),
+        peak_slip_over_clearance=("force", of_clearance),
+    )
+    for curve, reached in zip(
+        response_curves(solved), [0.02 / LINEAR, 2.0, 0.4 / LINEAR], strict=True
+    ):
+        assert curve.model_limit == pytest.approx(curve.amplitude[curve.peak] / reached)
+    assert all(np.isnan(each.model_limit) for each in response_curves(reference))
 
 
 def test_curves_of_a_case_are_those_of_its_files(tmp_path, monkeypatch, reference):

@@ -55,6 +55,15 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     edit("accuracy", lambda frame: frame.assign(**share))
     page = plain(write(artefacts))
     assert "At 50 N the structure would move by up to 91 % of its length" in page
+    assert "of the yield strength" not in page
+    shares = {
+        "slip_over_clearance_percent": [9.0] * 12,
+        "stress_over_strength_percent": [131.0] * 12,
+    }
+    edit("accuracy", lambda frame: frame.assign(**shares))
+    page = plain(write(artefacts))
+    assert "the nominal stress would be up to 131 % of the yield strength" in page
+    assert "slip at a bolt" not in page
     edit("accuracy", lambda frame: with_all_harmonics(frame, np.nan))
     page = plain(write(artefacts))
     assert "The error of the basis free-4 is not tested" in page

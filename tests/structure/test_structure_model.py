@@ -19,8 +19,9 @@ from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.contact_equilibrium import contact_force
 from boltjoint.structure.contact_points import ContactPoints
+from boltjoint.structure.geometry import Geometry
 from boltjoint.structure.makers.registry import structure_of
-from boltjoint.structure.model import Geometry, Structure
+from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.structure_file import load_structure, save_structure
@@ -82,11 +83,11 @@ def test_a_file_holds_the_structure_to_the_bit(structure, free, tmp_path):
         np.testing.assert_array_equal(found.contact.surface, each.contact.surface)
         for bolt, other in zip(found.bolts, each.bolts, strict=True):
             np.testing.assert_array_equal(bolt.load, other.load)
-            assert (bolt.name, bolt.locked, bolt.section) == (
-                *(other.name, other.locked),
-                other.section,
-            )
+            for name in ("name", "locked", "section", "hole_clearance"):
+                assert getattr(bolt, name) == getattr(other, name)
         assert (found.geometry is None) == (each.geometry is None)
+        if each.geometry is not None:
+            np.testing.assert_array_equal(found.geometry.material, each.geometry.material)
         assert (found.support is None) == (each.support is None)
 
 

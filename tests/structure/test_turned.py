@@ -13,7 +13,8 @@ from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
 from boltjoint.structure.basis.candidates import find_candidates
-from boltjoint.structure.model import Geometry, Row
+from boltjoint.structure.geometry import Geometry
+from boltjoint.structure.model import Row
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.patterns import stuck_patterns
 from boltjoint.structure.preload import apply_preload

@@ -3,11 +3,10 @@
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.joint.io import basis_errors, joint_to_dataset, save_joint
+from boltjoint.joint.io import joint_to_dataset, of_modes, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.provenance import logs
 from boltjoint.structure.excitation import place_excitation
-from boltjoint.structure.extent import extent
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params
@@ -19,8 +18,7 @@ assembly, modes, preload = (
 def connect() -> xr.Dataset:
     excited = place_excitation(assembly, modes, params.excitation, params.sensors)
     joint = connect_pairs(excited, preload, **params.contact)
-    of_modes = basis_errors(modes) | extent(assembly, modes)
-    return joint_to_dataset(joint).assign(of_modes)
+    return joint_to_dataset(joint).assign(of_modes(modes))
 
 
 save_joint(connect, snakemake.output.joint, params, params.of_sweep)

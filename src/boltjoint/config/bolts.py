@@ -22,8 +22,14 @@ MATERIAL_WORDS = {
 }
 
 
-class Material(Entry):
+#: yield strengths of structural steel S355 (EN 10025-2) and of bolts of class 8.8 (ISO 898-1), MPa
+S355, CLASS_8_8 = 355.0, 640.0
+
+
+class Material(EntryWithLaterKeys):
     """Linear elastic material."""
+
+    LATER_KEYS = frozenset({"yield_strength_MPa"})
 
     youngs_modulus_GPa: Positive
     """Young's modulus."""
@@ -31,6 +37,9 @@ class Material(Entry):
     """Poisson's ratio."""
     density_kg_per_m3: Positive
     """Mass density."""
+    yield_strength_MPa: Positive | None = None
+    """Yield strength, over which the stress at peaks is told; by default 355 MPa, of steel S355,
+    and 640 MPa of bolts, of class 8.8."""
 
 
 class Washer(EntryWithLaterKeys):
@@ -101,6 +110,16 @@ class BoltDimensions(EntryWithLaterKeys):
             if getattr(self, key := f"{outer}_diameter_mm") <= least:
                 yield (key,), f"must be greater than the {inner}'s diameter of {least:g} mm"
         yield from self._conflicts_of_washer()
+
+    def yield_strengths(self, bodies: Material) -> tuple[float, float]:
+        """Yield strengths of the bodies and of the bolts [Pa]."""
+        own = None if self.material is None else self.material.yield_strength_MPa
+        return 1e6 * (bodies.yield_strength_MPa or S355), 1e6 * (own or CLASS_8_8)
+
+    @property
+    def hole_clearance_mm(self) -> float:
+        """Diameter of the holes less that of the shanks."""
+        return self.hole_diameter_mm - self.shank_diameter_mm
 
     def material_in(self, bodies: Material) -> Material:
         """Material of the bolts, that of the bodies where they have none of their own."""

@@ -82,6 +82,8 @@ class DeckMaterial(Entry):
     """Poisson's ratio; by default that of the deck."""
     density_kg_per_m3: Positive | None = None
     """Density; by default that of the deck."""
+    yield_strength_MPa: Positive | None = None
+    """Yield strength, over which the stress at peaks is told; by default 355 MPa, of steel S355."""
 
 
 class ElementReading(Entry):

@@ -33,8 +33,13 @@ _RELATIVE_MODES = {
 }
 
 
-#: what files of joints keep of their modes
-_OF_MODES = ("basis_frequency_error", "basis_amplitude_error", "structure_length", "farthest_mode")
+#: what files of joints keep of those of modes: what tells where their model ends
+_OF_LIMITS = (
+    *("structure_length", "farthest_mode", "hole_clearance", "hole_mode"),
+    *("yield_strength", "stress_mode"),
+)
+#: what files of reduced joints keep of those they were made from
+_OF_MODES = ("basis_frequency_error", "basis_amplitude_error", *_OF_LIMITS)
 
 #: sources of the errors of peaks that are estimated where a model is made, and the words on them
 _ESTIMATED = {"basis": "of the basis", "weights": "of the weights of contact pairs"}
@@ -156,16 +161,18 @@ def _relative_mode(joint: Joint, direction: str) -> xr.Variable:
     return quantity(("point", "mode"), mode, "kg^-1/2", _RELATIVE_MODES[direction])
 
 
-def basis_errors(modes: xr.Dataset) -> dict[str, xr.Variable]:
-    """Estimated errors of peaks by the basis, as ``joint.nc`` holds them, where there are any.
+def of_modes(modes: xr.Dataset) -> dict[str, xr.Variable]:
+    """Estimated errors of peaks by the basis, and limits of the model, as ``joint.nc`` holds them.
 
     Parameters
     ----------
     modes
         ``modes.nc``, with ``estimated_frequency_error`` and ``estimated_amplitude_error`` of a
-        contact-adapted basis among its attributes.
+        contact-adapted basis among its attributes, and variables of limits; none of those that it
+        does not have.
     """
-    return {
+    limits = {name: modes[name].variable for name in _OF_LIMITS if name in modes}
+    return limits | {
         f"basis_{what}_error": quantity(
             (), float(modes.attrs[attribute]), "1", "of a peak, relative"
         )

@@ -17,6 +17,7 @@ from scipy import sparse
 from boltjoint import checks
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints, as_sparse
 from boltjoint.structure.factors import AUTO, METHODS, chosen_method, rigid_motions
+from boltjoint.structure.geometry import Geometry
 
 Array = NDArray[np.float64]
 
@@ -47,6 +48,8 @@ class Bolt:
         Direction, and a point on it [m], in x, y, z; None where not known.
     section, youngs_modulus
         Cross-section [m2] and Young's modulus [Pa] of the shank; None where not known.
+    hole_clearance
+        Diameter of the hole less that of the shank [m]; None where not known.
     """
 
     name: str
@@ -56,6 +59,7 @@ class Bolt:
     position: Array | None = None
     section: float | None = None
     youngs_modulus: float | None = None
+    hole_clearance: float | None = None
 
     def __post_init__(self) -> None:
         """Refuse a bolt that cannot be tightened."""
@@ -91,25 +95,6 @@ class Reflection:
     image: NDArray[np.int64]
     sign: Array
     point: NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """Nodes and cells of a structure, for pictures and where directions in space matter.
-
-    ``node`` (nodes, 3) [m]; ``displacement`` (3 * nodes, dofs) along x, y, z of the nodes, one node
-    after another; ``cell`` (cells, corners) in the order of VTK, -1 where a cell has fewer corners;
-    ``part`` (cells,), the number of the part that each belongs to.
-    """
-
-    node: Array
-    displacement: sparse.csc_array
-    cell: NDArray[np.int64]
-    part: NDArray[np.int64]
-
-    def shape(self, q: Array) -> Array:
-        """Displacements of the nodes, shape (nodes, 3, columns), of motion (dofs, columns)."""
-        return (self.displacement @ q).reshape(len(self.node), 3, -1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from boltjoint.joint.io import free_mode_quantities
 from boltjoint.structure.basis.pod import Basis, basis_of_pod_modes, estimated_errors
 from boltjoint.structure.makers.registry import Families, families_of, structure_of, that_respond
 from boltjoint.structure.model import Row, Structure
+from boltjoint.structure.modes_at_limits import modes_at_limits
 from boltjoint.structure.subspaces import Subspace, antisymmetric, symmetric, whole
 
 logger = logging.getLogger(__name__)
@@ -70,16 +71,16 @@ def find_modes(
         (mode), positive where it does not vanish, ``excitation_mode`` (mode), both where a
         case gives no point; ``input_mode`` (input, mode) and ``output_mode`` (output, mode);
         ``base_excitation_mode`` (axis, mode) [kg^1/2] where it is held; ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2]. With ``free-N`` and ``all-N``, of every mode that was
+        axis) [m]; ``area`` (pair) [m2];
+        and what ``modes_at_limits`` gives. With ``free-N`` and ``all-N``, of every mode that was
         solved for, for large N of ``free-N`` symmetric ones only: ``candidate_frequency``
         (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
         decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate). With
         ``enriched-N`` of bending modes without contact, and where degrees of freedom are modes that
         were given of these, ``free_frequency`` (free_mode) [Hz] and ``free_participation``
-        (free_mode, mode), phi^T M of them times the vectors [-]. With
-        ``enriched-auto``, and where they are known with ``enriched-N``, the attributes
-        ``estimated_frequency_error`` and ``estimated_amplitude_error``: largest relative errors of
-        peaks that are due to the basis.
+        (free_mode, mode), phi^T M of them times the vectors [-]. With ``enriched-auto``, and where
+        they are known with ``enriched-N``, the attributes ``estimated_frequency_error`` and
+        ``estimated_amplitude_error``: largest relative errors of peaks that are due to the basis.
 
     Raises
     ------
@@ -173,6 +174,7 @@ def _variables(
         **_at_rows("input", structure.inputs, q),
         **_at_rows("output", structure.outputs, q),
         **structure.contact.variables(),
+        **modes_at_limits(structure, q),
     }
 
 

@@ -12,14 +12,8 @@ from boltjoint import checks, dataset
 from boltjoint.dataset import quantity
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.factors import AUTO
-from boltjoint.structure.model import (
-    Bolt,
-    Geometry,
-    Reflection,
-    Row,
-    Structure,
-    mirrored,
-)
+from boltjoint.structure.geometry import CellMaterial, Geometry
+from boltjoint.structure.model import Bolt, Reflection, Row, Structure, mirrored
 
 #: a mesh repeats its elements, and so the entries of its matrices: a fifth of the bytes
 _COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
@@ -95,6 +89,7 @@ def structure_to_dataset(structure: Structure) -> xr.Dataset:
             "node": _compressed(("node_number", "axis"), geometry.node, "m", "position"),
             "cell": _compressed(("cell_number", "corner"), geometry.cell, "1", "nodes of the cell"),
             "part": _compressed("cell_number", geometry.part, "1", "part of the cell"),
+            **_of_cells(geometry.material),
         }
     return xr.Dataset(
         variables,
@@ -145,7 +140,8 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
         symmetry = Reflection(*(stored[name].to_numpy() for name in names))
     if "node" in stored:
         node, cell, part = (stored[name].to_numpy() for name in ("node", "cell", "part"))
-        geometry = Geometry(node, _matrix(stored, "displacement", 3 * len(node)), cell, part)
+        displacement = _matrix(stored, "displacement", 3 * len(node))
+        geometry = Geometry(node, displacement, cell, part, _material(stored))
     return Structure(
         **whole,
         contact=ContactPoints(relative=relative, surface=surface, **points),
@@ -160,6 +156,28 @@ def structure_from_dataset(stored: xr.Dataset) -> Structure:
         factorisation=stored.attrs.get("factorisation", AUTO),
         base_springs=stored["base_springs"].to_numpy() if "base_springs" in stored else None,
     )
+
+
+#: of the material of the cells: unit and meaning
+_OF_CELLS = {
+    "youngs_modulus": ("Pa", "Young's modulus of the cell"),
+    "poissons_ratio": ("1", "Poisson's ratio of the cell"),
+    "yield_strength": ("Pa", "yield strength of the cell"),
+}
+
+
+def _of_cells(material: CellMaterial | None) -> dict[str, xr.Variable]:
+    if material is None:
+        return {}
+    return {
+        f"cell_{name}": _compressed("cell_number", getattr(material, name), unit, meaning)
+        for name, (unit, meaning) in _OF_CELLS.items()
+    }
+
+
+def _material(stored: xr.Dataset) -> CellMaterial | None:
+    names = [f"cell_{name}" for name in _OF_CELLS]
+    return CellMaterial(*(stored[n].to_numpy() for n in names)) if names[0] in stored else None
 
 
 def _factorisation(structure: Structure) -> dict[str, str]:
@@ -208,6 +226,7 @@ def _of_bolts(structure: Structure) -> dict[str, xr.Variable]:
         "bolt_position": quantity(axes, each("position", nowhere), "m", "point on the axis"),
         "bolt_section": quantity("bolt", each("section", np.nan), "m2", "of the shank"),
         "bolt_modulus": quantity("bolt", each("youngs_modulus", np.nan), "Pa", "of the shank"),
+        "bolt_clearance": quantity("bolt", each("hole_clearance", np.nan), "m", "in its hole"),
     }
 
 
@@ -219,8 +238,8 @@ def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
     bolts = []
     for place, name in enumerate(stored["bolt_name"].to_numpy()):
         locked = int(stored["bolt_locked"].to_numpy()[place])
-        numbers = {key: known(key, place) for key in ("section", "modulus")}
-        section, modulus = (None if x is None else float(x) for x in numbers.values())
+        numbers = [known(key, place) for key in ("section", "modulus", "clearance")]
+        section, modulus, clearance = (None if x is None else float(x) for x in numbers)
         bolts.append(
             Bolt(
                 name=str(name),
@@ -230,6 +249,7 @@ def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
                 position=known("position", place),
                 section=section,
                 youngs_modulus=modulus,
+                hole_clearance=clearance,
             )
         )
     return tuple(bolts)

@@ -15,6 +15,7 @@ from boltjoint.config.types import ConfigError
 from boltjoint.harmonics import Components
 from boltjoint.joint.surface_places import pairs_of_elements
 from boltjoint.names import REFERENCE
+from boltjoint.structure.limits import LIMITS
 from boltjoint.structure.vtu import write_period
 from boltjoint.study import layout
 
@@ -29,7 +30,8 @@ _OF_PEAKS = (
     *("peak_frequency_converged", "peak_frequency_converged_error"),
     *("peak_amplitude_converged", "peak_amplitude_converged_error"),
     *("peak_frequency", "peak_frequency_error", "peak_amplitude", "peak_amplitude_error"),
-    *("peak_displacement_over_length", "complete"),
+    *(f"peak_{limit.name}" for limit in LIMITS),
+    "complete",
 )
 
 

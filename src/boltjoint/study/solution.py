@@ -23,8 +23,8 @@ from boltjoint.dynamics.response.frequency_response import (
     solve_response,
 )
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.largest_displacement import add_largest_displacement
 from boltjoint.dynamics.response.methods import Problem
+from boltjoint.dynamics.response.model_limits import add_limits
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
@@ -110,7 +110,7 @@ class CaseInBasis:
                             model_errors(stored)
                         )
                     solved = add_converged_peaks(solved, converged[peaks])
-            solved = add_largest_displacement(solved, stored)
+            solved = add_limits(solved, stored)
             if harmonics is not None:
                 solved.attrs["harmonic_convergence"] = harmonics.stored()
             yield solved, self._parameters(response, parameters), method.times

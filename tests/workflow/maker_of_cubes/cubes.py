@@ -10,7 +10,8 @@ from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.types import Count, Positive
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
-from boltjoint.structure.model import Bolt, Geometry, Row, Structure, unit_row
+from boltjoint.structure.geometry import Geometry
+from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 
 CORNER = np.array(list(product((0, 1), repeat=3)))[[0, 4, 6, 2, 1, 5, 7, 3]]
 

@@ -55,7 +55,7 @@ def backbone(
         joint: results.dataset("backbone", **artefact.fields, joint=joint) for joint in joints
     }
     limits = [
-        curve.linear_limit * curve.level
+        curve.model_limit * curve.level
         for joint in joints
         for fields in [{**artefact.fields, "joint": joint, "coordinates": "backbone"}]
         if results.has("response", **fields)

@@ -38,7 +38,7 @@ def plot_backbones(
     forces
         Excitations [N] whose peaks are marked.
     limit
-        Amplitude [mm] beyond which the linear model of the structure does not hold: the axes end at
+        Amplitude [mm] beyond which the model does not hold: the axes end at
         ``_BEYOND`` times that.
     """
     figure = Figure(figsize=(8, 6), layout="constrained")

@@ -8,13 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.structure.extent import LINEAR
+from boltjoint.structure.limits import LIMITS
 
 #: millimetres of a metre
 _MM = 1e3
-#: where the largest displacement is a tenth of the length
+#: where a limit of the model is reached (``structure.limits``)
 LIMIT_LINE: Mapping[str, Any] = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
-LIMIT = f"linear model ends ({LINEAR:.0%} of the length)".replace("%", " %")
+LIMIT = "the model ends"
 
 
 @dataclass(frozen=True)
@@ -40,9 +40,9 @@ class ResponseCurve:
         Whether the branch ends within the window.
     fell_back
         Whether it is the response in linear modes instead.
-    linear_limit
-        Amplitude, as above, beyond which the structure moves by more than ``extent.LINEAR`` of its
-        length; not a number where that is not known.
+    model_limit
+        Amplitude, as above, beyond which the model does not hold (``structure.limits``), by the
+        first of its limits; not a number where none is known.
     """
 
     level: float
@@ -54,7 +54,7 @@ class ResponseCurve:
     error_bar: tuple[float, float]
     broken_off: bool
     fell_back: bool
-    linear_limit: float = np.nan
+    model_limit: float = np.nan
 
     @property
     def end(self) -> str:
@@ -91,7 +91,8 @@ def response_curves(response: xr.Dataset) -> list[ResponseCurve]:
             for what in ("frequency", "amplitude")
         )
         highest = converged[1] if converged else float(at["peak_amplitude"]) * _MM / level
-        of_length = float(at.get("peak_displacement_over_length", np.nan))
+        shares = [float(at.get(f"peak_{limit.name}", np.nan)) / limit.tolerated for limit in LIMITS]
+        reached = np.nan_to_num(shares).max()
         curves.append(
             ResponseCurve(
                 level=level,
@@ -103,7 +104,7 @@ def response_curves(response: xr.Dataset) -> list[ResponseCurve]:
                 error_bar=(of_frequency, of_amplitude),
                 broken_off=not at["complete"],
                 fell_back=bool(at["fell_back"]),
-                linear_limit=LINEAR * highest / of_length if of_length else np.nan,
+                model_limit=highest / reached if reached else np.nan,
             )
         )
     return curves

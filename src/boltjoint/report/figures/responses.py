@@ -69,7 +69,7 @@ def plot_response(
     The axes span the frequencies at which some response is half its peak or more, and a margin.
     Dashed are solutions whose motion is unstable, dotted those where that is known of few harmonics
     only. Peaks with as many harmonics as converge are joined to those of the response. Long dashes
-    tell above which response the linear model of the structure does not hold.
+    tell above which response the model does not hold.
 
     Parameters
     ----------
@@ -148,10 +148,10 @@ def _draw_curve(
         at = [[value] for value in curve.converged]
         axes.plot(*at, color=colour, markersize=5, zorder=4, **_CONVERGED_MARK)
         marks["peak with all harmonics"] = _CONVERGED_MARK
-    beyond = x[y > curve.linear_limit]
+    beyond = x[y > curve.model_limit]
     if with_marks and beyond.size:
         ends = [beyond.min(), beyond.max()]
-        axes.plot(ends, [curve.linear_limit] * 2, color=colour, **LIMIT_LINE)
+        axes.plot(ends, [curve.model_limit] * 2, color=colour, **LIMIT_LINE)
         marks[LIMIT] = LIMIT_LINE
     return marks
 

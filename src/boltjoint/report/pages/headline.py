@@ -17,7 +17,7 @@ from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.structure.extent import LINEAR
+from boltjoint.structure.limits import LIMITS
 from boltjoint.study import layout
 from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
@@ -113,8 +113,11 @@ _TEXT = prose("headline")
 #: headings above the columns of the peaks
 ALL, ONE = "peak with all harmonics", "with one harmonic"
 
-#: column of the largest displacement at the peak, over the length of the structure
-OF_LENGTH = ("largest displacement", "of_length_percent")
+#: columns of the shares of limits that are reached at the peak
+REACHED = {
+    limit.name: ("reached at the peak", f"{limit.name.replace('_over_', '_of_')}_percent")
+    for limit in LIMITS
+}
 
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
@@ -139,8 +142,8 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
         has such peaks; bars are not tested in a basis whose error is not estimated, and where no
         motion with further harmonics was found. Under ``ONE``, those of one harmonic and how far
-        the response is off; empty where there is no peak or a branch broke off. Last ``OF_LENGTH``,
-        where the length of the structure is known.
+        the response is off; empty where there is no peak or a branch broke off. Last ``REACHED``,
+        of the limits that are known.
     """
     fields = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
     return peaks_of_coordinates(select(accuracy, **fields))
@@ -172,8 +175,11 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
         (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
         (ONE, off): error,
     }
-    if "displacement_over_length_percent" in rows:
-        columns[OF_LENGTH] = rows["displacement_over_length_percent"]
+    columns |= {
+        column: rows[f"{name}_percent"]
+        for name, column in REACHED.items()
+        if f"{name}_percent" in rows
+    }
     frame = pd.DataFrame(columns)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     return frame
@@ -233,7 +239,7 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     between = content.resonance_range(name, basis, resonance)
     unit = "m/s²" if case.is_base_excited else "N"
     in_words = _in_words(peaks, accuracy["complete"], unit)
-    told = in_words, _is_untested(peaks), ALL in peaks, _beyond_linear(peaks)
+    told = in_words, _is_untested(peaks), ALL in peaks, _beyond_limits(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     return _TEXT.summary(resonance, between, *told, unit, mode)
 
@@ -262,15 +268,17 @@ def statement_of(rows: pd.DataFrame) -> str:
     return _TEXT.peaks(in_words, ALL in peaks, _is_untested(peaks))
 
 
-def _beyond_linear(peaks: pd.DataFrame) -> tuple[str, str] | None:
-    """Forces at whose peaks the structure moves too far, and the largest share of its length."""
-    if OF_LENGTH not in peaks:
-        return None
-    far = peaks[peaks[OF_LENGTH] > 100 * LINEAR]
-    if far.empty:
-        return None
-    forces = ", ".join(f"{force:g}" for force in far["", "force_N"])
-    return forces, number(far[OF_LENGTH].max(), 2)
+def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str, str]]:
+    """Limits beyond which peaks lie, with their forces and the largest share of the limit [%]."""
+    beyond = []
+    for limit in LIMITS:
+        column = REACHED[limit.name]
+        if column not in peaks or not (peaks[column] > 100 * limit.tolerated).any():
+            continue
+        far = peaks[peaks[column] > 100 * limit.tolerated]
+        forces = ", ".join(f"{force:g}" for force in far["", "force_N"])
+        beyond.append((limit.name, forces, number(far[column].max(), 2)))
+    return beyond
 
 
 def _is_untested(peaks: pd.DataFrame) -> bool:

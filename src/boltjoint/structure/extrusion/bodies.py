@@ -19,7 +19,8 @@ from boltjoint.structure.extrusion.bolts import BoltLevels, add_bolt, radii_of, 
 from boltjoint.structure.extrusion.grid_plan import BoltPlace, GridPlan
 from boltjoint.structure.extrusion.motion import bodies_of_nodes, dofs, free_motion, reflection
 from boltjoint.structure.extrusion.plan import Labels, tributary_area
-from boltjoint.structure.model import Bolt, Geometry, Reflection, Row, Structure, unit_row
+from boltjoint.structure.geometry import CellMaterial, Geometry
+from boltjoint.structure.model import Bolt, Reflection, Row, Structure, unit_row
 
 if TYPE_CHECKING:
     from boltjoint.config.bolted_bodies import BoltedBodies
@@ -192,7 +193,8 @@ def structure_of_bodies(described: "BoltedBodies", mesh: BoltedMesh) -> Structur
     bolts, nodes = len(mesh.bolt_position), len(mesh.coordinate)
     held = mesh.held if described.has_support else mesh.held[:0]
     T = free_motion(nodes, mesh.section, mesh.bolt_of_pair, held, bolts)
-    material = _material(described, mesh)
+    material = IsotropicMaterial(*_constants(described, mesh))
+    of_cells = _cell_material(described, mesh)
     K, M = assemble(mesh.coordinate, [ElementBlock(KIND, mesh.hexahedron, material)])
     rows = {point.name: _row(point, mesh, T) for point in described.points}
     support = -(T.T @ (M @ np.tile(np.eye(3), (nodes, 1)))).T
@@ -204,7 +206,7 @@ def structure_of_bodies(described: "BoltedBodies", mesh: BoltedMesh) -> Structur
         inputs=rows,
         outputs=rows,
         support=support if described.has_support else None,
-        geometry=Geometry(mesh.coordinate, T, mesh.hexahedron, mesh.part),
+        geometry=Geometry(mesh.coordinate, T, mesh.hexahedron, mesh.part, of_cells),
         maker=described.type,
     )
     if described.symmetry != "none":
@@ -222,18 +224,25 @@ def structure_of_bodies(described: "BoltedBodies", mesh: BoltedMesh) -> Structur
     return structure
 
 
-def _material(described: "BoltedBodies", mesh: BoltedMesh) -> IsotropicMaterial:
-    """Materials of the bricks, by their parts."""
+def _constants(described: "BoltedBodies", mesh: BoltedMesh) -> list[Array]:
+    """Young's modulus [Pa], Poisson's ratio and density of the bricks, by their parts."""
     bolts = len(mesh.bolt_position)
     of_parts: list[Material] = [described.material] * FIRST_OF_BOLTS
     of_parts += [described.bolt_material] * bolts + [described.washer_material] * bolts
     keys = {"youngs_modulus_GPa": _GPA, "poissons_ratio": 1.0, "density_kg_per_m3": 1.0}
-    return IsotropicMaterial(
-        *(
-            np.array([factor * getattr(material, key) for material in of_parts])[mesh.part]
-            for key, factor in keys.items()
-        )
-    )
+    return [
+        np.array([factor * getattr(material, key) for material in of_parts])[mesh.part]
+        for key, factor in keys.items()
+    ]
+
+
+def _cell_material(described: "BoltedBodies", mesh: BoltedMesh) -> CellMaterial:
+    """Of the bricks; washers have no strength."""
+    bolts = len(mesh.bolt_position)
+    of_bodies, of_bolts = described.bolts.yield_strengths(described.material)
+    strengths = [of_bodies] * FIRST_OF_BOLTS + [of_bolts] * bolts + [np.nan] * bolts
+    E, nu, _ = _constants(described, mesh)
+    return CellMaterial(E, nu, np.array(strengths)[mesh.part])
 
 
 def _contact(described: "BoltedBodies", mesh: BoltedMesh, T: sparse.csc_array) -> ContactPoints:
@@ -267,6 +276,7 @@ def _bolts(described: "BoltedBodies", mesh: BoltedMesh, size: int) -> tuple[Bolt
             position=position,
             section=section,
             youngs_modulus=modulus,
+            hole_clearance=_MM * described.bolts.hole_clearance_mm,
         )
         for number, position in enumerate(mesh.bolt_position)
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.names import REFERENCE
+from boltjoint.structure.limits import LIMITS
 
 #: errors of a peak, and what they are errors of
 PEAK_ERRORS = {
@@ -138,9 +139,10 @@ def tabulate_accuracy(
                 row[name] = float(abs(response[name].where(mine)).to_series().max())
             row |= _error_estimates(response.isel(force=level))
             row |= _error_bars(response.isel(force=level))
-            if "peak_displacement_over_length" in response:
-                share = float(response["peak_displacement_over_length"][level])
-                row["displacement_over_length_percent"] = 100 * share
+            for limit in LIMITS:
+                if f"peak_{limit.name}" in response:
+                    share = float(response[f"peak_{limit.name}"][level])
+                    row[f"{limit.name}_percent"] = 100 * share
             row["largest_multiplier"] = float(response["largest_multiplier"].where(mine).max())
             harmonics = response["stability_harmonics"].where(mine & (response["stable"] >= 0))
             row["stability_harmonics"] = int(harmonics.min().fillna(0))

@@ -12,7 +12,6 @@ from boltjoint.config.case import Case
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.pages.document import compressed_json, compressed_plotly, pack, prose
-from boltjoint.structure.extent import LINEAR
 from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
 
@@ -103,9 +102,7 @@ def _curve(curve: ResponseCurve) -> dict[str, Any]:
         "converged": None if curve.converged is None else [*curve.converged, *bars],
         "unstable": list(_ranges(curve.unstable > 0)),
         "brokenOff": curve.end if curve.broken_off else None,
-        "limit": float(curve.linear_limit) * curve.level
-        if np.isfinite(curve.linear_limit)
-        else None,
+        "limit": float(curve.model_limit) * curve.level if np.isfinite(curve.model_limit) else None,
     }
 
 
@@ -137,7 +134,6 @@ def _backbone(backbone: xr.Dataset, levels: Sequence[float], limit: float | None
             )
         ],
         "limit": limit,
-        "linear": 100 * LINEAR,
     }
 
 

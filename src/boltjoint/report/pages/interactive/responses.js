@@ -79,7 +79,7 @@ function responseTraces() {
   return traces;
 }
 
-// where the structure would move by more than its linear model holds
+// where a limit of the model is reached
 function limitShapes() {
   const shapes = [];
   for (const place of shown.levels) {

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from boltjoint.config.bolts import S355
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
+from boltjoint.structure.geometry import CellMaterial, Geometry
 from boltjoint.structure.makers.deck import beams, constraints
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain, matrices
 from boltjoint.structure.makers.deck.bolts import (
@@ -24,7 +26,7 @@ from boltjoint.structure.makers.deck.content import ContactPair, Deck
 from boltjoint.structure.makers.deck.interfaces import is_named, points_of_contact
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
-from boltjoint.structure.model import Bolt, Geometry, Row, Structure, unit_row
+from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 from boltjoint.structure.preload import apply_preload
 from boltjoint.structure.segments.weighted_points import WeightedPoints
 
@@ -34,7 +36,7 @@ Array = NDArray[np.float64]
 
 #: of the maker
 NAME = "deck"
-_MM = 1e-3
+_MM, _MPA = 1e-3, 1e6
 #: slip of contact points in a motion of bodies, below which it is one of the whole
 _WHOLE = 1e-7
 
@@ -154,7 +156,7 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
         outputs=rows,
         support=support,
         rigid=whole,
-        geometry=_geometry(mesh, displacement),
+        geometry=_geometry(description, mesh, displacement),
         maker=NAME,
         factorisation=description.factorisation,
     )
@@ -317,7 +319,7 @@ def _rows(description: Description, mesh: Mesh, displacement: sparse.csc_array) 
     return rows
 
 
-def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
+def _geometry(description: Description, mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
     """Nodes of the elements, their motion, and cells in the order of VTK, by bodies."""
     number = np.full(mesh.node_count, -1)
     number[mesh.nodes] = np.arange(len(mesh.nodes))
@@ -331,7 +333,23 @@ def _geometry(mesh: Mesh, displacement: sparse.csc_array) -> Geometry:
     rows = (3 * mesh.nodes[:, None] + np.arange(3)).ravel()
     moved = sparse.csc_array(displacement.tocsr()[rows])
     return Geometry(
-        mesh.coordinate[mesh.nodes], moved, np.concatenate(cells), np.concatenate(parts)
+        mesh.coordinate[mesh.nodes],
+        moved,
+        np.concatenate(cells),
+        np.concatenate(parts),
+        _cell_material(description, mesh),
+    )
+
+
+def _cell_material(description: Description, mesh: Mesh) -> CellMaterial:
+    materials, number = mesh.materials
+    given = {own.name.upper(): own.yield_strength_MPa for own in description.materials}
+    strength = _MPA * np.array([given.get(one.name.upper(), S355) for one in materials])
+    of_solids = [block.material for block in mesh.blocks(description.units.pascal, 1.0)]
+    return CellMaterial(
+        np.concatenate([material.youngs_modulus for material in of_solids]),
+        np.concatenate([material.poissons_ratio for material in of_solids]),
+        np.concatenate([strength[number[solid.place]] for solid in mesh.solids]),
     )
 
 

@@ -4,9 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.structure.geometry import Geometry
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT
 from boltjoint.structure.makers.registry import Families
-from boltjoint.structure.model import Geometry, Structure
+from boltjoint.structure.model import Structure
 
 Array = NDArray[np.float64]
 

@@ -291,6 +291,12 @@ def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict
 def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
     contact = assembly.contact
     return {
+        "hole_clearance": quantity(
+            (),
+            _MM * assembly.bolts.hole_clearance_mm,
+            "m",
+            "diameter of the bolt holes less that of the shanks",
+        ),
         # quotients of decimal numbers: 9 mm are exactly 0.009 m
         "hole_diameter": quantity(
             (), assembly.bolts.hole_diameter_mm / 1e3, "m", "diameter of the bolt holes"

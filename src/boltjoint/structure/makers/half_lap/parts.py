@@ -54,15 +54,20 @@ def part_variable(assembly: "Assembly", part: NDArray[np.integer]) -> xr.Variabl
 
 
 def material_variables(assembly: "Assembly") -> dict[str, xr.Variable]:
-    """Material of the bars, and of each part where bolts or washers are given their own."""
+    """Material of the bars, and of each part where bolts or washers have another; strengths."""
     bars, bolts, washer = assembly.material, assembly.bolts, assembly.bolts.washer
+    count = len(assembly.bolt_positions_mm)
     variables = {
         name: quantity((), factor * getattr(bars, key), unit, meaning)
         for name, (key, factor, unit, meaning) in _PROPERTIES.items()
     }
+    of_bars, of_bolts = bolts.yield_strengths(bars)
+    strengths = [of_bars] * FIRST_BOLT + [of_bolts] * count
+    strengths += [np.nan] * (count if washer is not None else 0)
+    meaning = "yield strength of each part, not a number where stresses are not compared with it"
+    variables["part_yield_strength"] = quantity("part_number", np.array(strengths), "Pa", meaning)
     if bolts.material is None and (washer is None or washer.material is None):
         return variables
-    count = len(assembly.bolt_positions_mm)
     of_parts = [bars] * FIRST_BOLT + [assembly.bolt_material] * count
     of_parts += [assembly.washer_material] * (count if washer is not None else 0)
     for name, (key, factor, unit, meaning) in _PROPERTIES.items():

@@ -15,15 +15,9 @@ from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble, check_mesh
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 from boltjoint.structure.extrusion.motion import bodies_of_nodes, dofs, free_motion, reflection
+from boltjoint.structure.geometry import CellMaterial, Geometry
 from boltjoint.structure.makers.half_lap.parts import FIRST_BOLT, element_materials
-from boltjoint.structure.model import (
-    Bolt,
-    Geometry,
-    Reflection,
-    Row,
-    Structure,
-    unit_row,
-)
+from boltjoint.structure.model import Bolt, Reflection, Row, Structure, unit_row
 
 Array = NDArray[np.float64]
 
@@ -161,10 +155,17 @@ def structure_of(assembly: xr.Dataset) -> Structure:
             T,
             assembly["connectivity"].transpose("element", "corner").to_numpy().astype(np.int64),
             assembly["part"].to_numpy().astype(np.int64),
+            _cell_material(assembly),
         ),
         maker=NAME,
     )
     return structure if is_held else structure.with_rigid_motions()
+
+
+def _cell_material(assembly: xr.Dataset) -> CellMaterial:
+    material = element_materials(assembly)
+    strength = assembly["part_yield_strength"].to_numpy()[assembly["part"].to_numpy()]
+    return CellMaterial(material.youngs_modulus, material.poissons_ratio, strength)
 
 
 def _contact(assembly: xr.Dataset, relative: sparse.csr_array) -> ContactPoints:
@@ -201,6 +202,7 @@ def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
                 position=at,
                 section=_shank_area(assembly, number),
                 youngs_modulus=_shank_modulus(assembly, number),
+                hole_clearance=float(assembly["hole_clearance"]),
             )
         )
     return tuple(bolts)

@@ -1,0 +1,82 @@
+"""How much of the limits of its model a structure reaches at peaks (``structure.limits``)."""
+
+import logging
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from boltjoint.dataset import quantity
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
+from boltjoint.structure.limits import LIMITS, Limit
+
+logger = logging.getLogger(__name__)
+
+Array = NDArray[np.float64]
+
+
+def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
+    """A response with the share of each limit that is reached at its peaks.
+
+    The motion at a peak has the shape of the first harmonic of the response's own peak, and the
+    amplitude of the peak with all harmonics, where that is known.
+
+    Parameters
+    ----------
+    response
+        ``response.nc``.
+    joint
+        ``joint.nc`` of the same modes, with limits and modes at the places that decide
+        (``structure.limits``).
+
+    Returns
+    -------
+    Dataset
+        With ``peak_displacement_over_length``, ``peak_slip_over_clearance`` and
+        ``peak_stress_over_strength`` (force), not a number without a peak; without those whose
+        limit the joint does not know. A warning tells the largest beyond each limit.
+    """
+    known = [limit for limit in LIMITS if limit.modes in joint]
+    if not known:
+        return response
+    shares = np.full((response.sizes["force"], len(known)), np.nan)
+    for place, force in enumerate(response["force_level"].to_numpy()):
+        at = response.isel(force=place)
+        at_peak = motion_at_peak(response, force) if np.isfinite(at["peak_amplitude"]) else None
+        if at_peak is None:
+            continue
+        scale = float(at.get("peak_amplitude_converged", np.nan) / at["peak_amplitude"])
+        scale = scale if np.isfinite(scale) else 1.0
+        shares[place] = [scale * _reached(limit, joint, at_peak[1]) for limit in known]
+    for limit, reached in zip(known, shares.T, strict=True):
+        _warn(limit, reached, response["force_level"].to_numpy())
+    return response.assign(
+        {
+            f"peak_{limit.name}": quantity("force", reached, "1", limit.meaning)
+            for limit, reached in zip(known, shares.T, strict=True)
+        }
+    )
+
+
+def _reached(limit: Limit, joint: xr.Dataset, motion: PeriodicMotion) -> float:
+    """Largest share of a limit in the first harmonic of a motion."""
+    modes = joint[limit.modes].transpose(..., "mode").to_numpy()
+    sine, cosine = motion.in_components(("sin", "cos"))
+    return float(np.max(_largest(modes @ sine, modes @ cosine) / joint[limit.limit].to_numpy()))
+
+
+def _warn(limit: Limit, reached: Array, forces: Array) -> None:
+    largest = np.nan_to_num(reached).max(initial=0.0)
+    if largest > limit.tolerated:
+        shares = 100 * largest, 100 * limit.tolerated
+        logger.warning("%g N: " + limit.problem, forces[np.nanargmax(reached)], *shares)
+
+
+def _largest(sine: Array, cosine: Array) -> Array:
+    """Largest lengths on the ellipses ``sine sin(wt) + cosine cos(wt)``, (places,).
+
+    Both have the shape (places, components).
+    """
+    mean = (np.sum(sine**2, axis=1) + np.sum(cosine**2, axis=1)) / 2
+    half = (np.sum(sine**2, axis=1) - np.sum(cosine**2, axis=1)) / 2
+    return np.asarray(np.sqrt(mean + np.hypot(half, np.sum(sine * cosine, axis=1))), float)

@@ -1,0 +1,125 @@
+"""Nodes and cells of a structure: for pictures, directions in space, and stresses.
+
+References
+----------
+R. von Mises: Mechanik der festen Koerper im plastisch-deformablen Zustand. Nachrichten von der
+Gesellschaft der Wissenschaften zu Goettingen (1913) 582-592.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from boltjoint.structure.elements.kinds import KINDS
+
+Array = NDArray[np.float64]
+
+
+class CellMaterial(NamedTuple):
+    """Young's modulus [Pa], Poisson's ratio and yield strength [Pa] of cells, each (cells,).
+
+    The strength is not a number where stresses are not compared with one.
+    """
+
+    youngs_modulus: Array
+    poissons_ratio: Array
+    yield_strength: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Nodes and cells of a structure, for pictures and where directions in space matter.
+
+    ``node`` (nodes, 3) [m]; ``displacement`` (3 * nodes, dofs) along x, y, z of the nodes, one node
+    after another; ``cell`` (cells, corners) in the order of VTK, -1 where a cell has fewer corners;
+    ``part`` (cells,), the number of the part that each belongs to; ``material`` of the cells, None
+    where it is not known.
+    """
+
+    node: Array
+    displacement: sparse.csc_array
+    cell: NDArray[np.int64]
+    part: NDArray[np.int64]
+    material: CellMaterial | None = None
+
+    def shape(self, q: Array) -> Array:
+        """Displacements of the nodes, shape (nodes, 3, columns), of motion (dofs, columns)."""
+        return (self.displacement @ q).reshape(len(self.node), 3, -1)
+
+
+#: cells by their numbers of nodes as elements of corners alone, and their centres
+_SHAPES = {
+    (4, 10): ("C3D4", (0.25, 0.25, 0.25)),
+    (6, 15): ("C3D6", (1 / 3, 1 / 3, 0.0)),
+    (8, 20): ("C3D8", (0.0, 0.0, 0.0)),
+}
+
+
+class _Alike(NamedTuple):
+    """Cells of one shape: their places, corners (cells, corners) and what gives their strains.
+
+    ``slope`` (cells, corners, 3) has the derivatives of the shape functions by x, y, z.
+    """
+
+    place: NDArray[np.int64]
+    corner: NDArray[np.int64]
+    slope: Array
+
+
+class CentreStresses:
+    """Stresses at the centres of cells, where the corners alone tell the strain to second order.
+
+    Parameters
+    ----------
+    geometry
+        With the material of its cells.
+    cells
+        Numbers of the cells.
+    """
+
+    def __init__(self, geometry: Geometry, cells: NDArray[np.int64]) -> None:
+        if geometry.material is None:
+            raise ValueError("the geometry has no material")
+        E, nu = (values[cells] for values in geometry.material[:2])
+        self._shear_modulus = E / (2 * (1 + nu))
+        self._alike = list(_alike(geometry, cells))
+
+    def __call__(self, displacement: Array) -> Array:
+        """Vectors whose length is the stress of von Mises [Pa], shape (cells, 6).
+
+        That is ``sqrt(3/2 s : s)`` with the deviator s, twice the shear modulus times that of the
+        strain.
+
+        Parameters
+        ----------
+        displacement
+            Of the nodes [m], shape (nodes, 3).
+        """
+        strain = np.zeros((self._shear_modulus.size, 3, 3))
+        for place, corner, slope in self._alike:
+            gradient = np.einsum("cna,cnb->cab", displacement[corner], slope)
+            strain[place] = (gradient + gradient.transpose(0, 2, 1)) / 2
+        mean = np.trace(strain, axis1=1, axis2=2) / 3
+        normal = np.diagonal(strain, axis1=1, axis2=2) - mean[:, None]
+        shear = np.sqrt(2) * strain[:, [0, 1, 2], [1, 2, 0]]
+        factor = np.sqrt(6) * self._shear_modulus
+        return np.asarray(factor[:, None] * np.hstack([normal, shear]), float)
+
+
+def _alike(geometry: Geometry, cells: NDArray[np.int64]) -> Iterator[_Alike]:
+    """Cells by their shape."""
+    count = np.count_nonzero(geometry.cell[cells] >= 0, axis=1)
+    for counts, (name, centre) in _SHAPES.items():
+        kind, place = KINDS[name], np.flatnonzero(np.isin(count, counts))
+        if not place.size:
+            continue
+        of_vtk = geometry.cell[cells[place], : kind.corners]
+        corner = of_vtk[:, np.argsort(kind.vtk_order)]
+        (slope,) = kind.functions.slopes(np.array([centre]))
+        jacobian = np.einsum("an,cnk->cak", slope, geometry.node[corner])
+        by_place = np.linalg.solve(jacobian, np.broadcast_to(slope, (place.size, *slope.shape)))
+        yield _Alike(place, corner, by_place.transpose(0, 2, 1))
