@@ -255,7 +255,8 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
         return Markup()
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
-    return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes])
+    limits = [_TEXT.limits()] if any(column in peaks for column in REACHED.values()) else []
+    return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes, *limits])
 
 
 def statement_of(rows: pd.DataFrame) -> str:
