@@ -10,15 +10,16 @@ from boltjoint import dataset
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.io import (
     ImpossibleJoint,
+    basis_errors_and_limits,
     free_mode_quantities,
     joint_from_dataset,
     joint_to_dataset,
     load_joint,
     model_errors,
-    of_modes,
     save_joint,
 )
 from boltjoint.joint.model import merge_points
+from boltjoint.structure.limits import LIMITS
 
 
 def test_joint_survives_its_file(either, tmp_path):
@@ -99,7 +100,7 @@ def test_participation_has_the_unit_of_its_vectors():
 
 def test_the_error_of_the_basis_is_kept_by_what_is_reduced(either):
     modes = xr.Dataset(attrs={"estimated_frequency_error": 1e-3, "estimated_amplitude_error": 0.02})
-    stored = joint_to_dataset(either).assign(of_modes(modes))
+    stored = joint_to_dataset(either).assign(basis_errors_and_limits(modes))
     regions = merge_points(either, np.arange(either.points) // 30)
     reduced = joint_to_dataset(regions, stored)
     for each in (stored, reduced):
@@ -107,11 +108,18 @@ def test_the_error_of_the_basis_is_kept_by_what_is_reduced(either):
         assert errors["basis_frequency_error"] == 1e-3
         assert errors["basis_amplitude_error"] == 0.02
         assert errors["weights_amplitude_error"] == 0
+    limits = xr.Dataset(
+        {limit.limit: 1.0 for limit in LIMITS}
+        | {limit.modes: (("place", "component", "mode"), np.ones((1, 2, 3))) for limit in LIMITS}
+    )
+    of_modes = basis_errors_and_limits(limits)
+    assert set(of_modes) == set(limits)
+    assert set(limits) <= set(joint_to_dataset(regions, stored.assign(of_modes)))
     # of weights there is an estimate, or it is not known
     weighted = stored.assign(weight=("point", np.ones(either.points)))
     assert np.isnan(model_errors(weighted)["weights_amplitude_error"])
     estimated = weighted.assign(estimated_amplitude_error=0.007)
     assert model_errors(estimated)["weights_amplitude_error"] == 0.007
     # nothing is estimated of a basis without contact
-    assert not of_modes(xr.Dataset())
+    assert not basis_errors_and_limits(xr.Dataset())
     assert np.isnan(model_errors(joint_to_dataset(either))["basis_amplitude_error"])

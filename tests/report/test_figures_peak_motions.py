@@ -106,7 +106,7 @@ def test_a_level_without_a_peak_is_named_and_not_drawn(under_variable_load):
     lost["peak_frequency"][1], lost["peak_amplitude"][1] = np.nan, np.nan
     history, spectrum = plot_peak_motions(lost, joint.response_mode).axes
     assert list(curves(history)) == list(curves(spectrum)) == ["0.01 N"]
-    assert "5 N\nno peak found" in legend_texts(history)
+    assert "5 N\nno such peak found" in legend_texts(history)
 
 
 def test_a_response_without_peaks_has_a_figure_that_says_so(under_variable_load, tmp_path):
@@ -116,7 +116,7 @@ def test_a_response_without_peaks_has_a_figure_that_says_so(under_variable_load,
     made = plot_peak_motions(lost, joint.response_mode)
     save_figure(made, tmp_path / "peak_motions.svg")
     assert texts_in(made) == ["no results"]
-    assert "5 N\nno peak found" in legend_texts(made.axes[0])
+    assert "5 N\nno such peak found" in legend_texts(made.axes[0])
 
 
 def test_motions_of_one_harmonic_are_not_drawn():
@@ -124,6 +124,7 @@ def test_motions_of_one_harmonic_are_not_drawn():
         joint, response = solve(law, harmonics=1)
         made = plot_peak_motions(response, joint.response_mode)
         assert curves(made.axes[0]) == curves(made.axes[1]) == {}
+        assert "5 N\nno such peak found" in legend_texts(made.axes[0])
 
 
 @pytest.mark.parametrize("law", ["constant", "variable"])

@@ -78,10 +78,12 @@ def test_natural_modes_lie_between_those_without_contact_and_sticking():
 
 
 def test_a_model_ends_at_the_first_of_its_limits(reference):
-    share, of_clearance = np.array([0.02, 0.1, 0.4]), np.array([0.1, 2.0, np.nan])
+    share, of_strength = np.array([0.02, 0.1, 0.4]), np.array([0.1, 2.0, np.nan])
     solved = reference.assign(
         peak_displacement_over_length=("force", share),
-        peak_slip_over_clearance=("force", of_clearance),
+        peak_stress_over_strength=("force", of_strength),
+        # slip is not proportional to the amplitude
+        peak_slip_over_clearance=("force", np.full(3, 100.0)),
     )
     for curve, reached in zip(
         response_curves(solved), [0.02 / LINEAR, 2.0, 0.4 / LINEAR], strict=True

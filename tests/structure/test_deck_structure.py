@@ -142,6 +142,14 @@ def test_materials_units_and_supports_of_a_description(described):
     free = described(text, materials=[steel], base="closed", **PAIR)
     model = model_of_deck(free, free.folder)
     assert model.structure.mass.sum() / 3 == pytest.approx(2e-9 * 7850, rel=1e-12)
+    # of what is no steel only where it is given
+    assert np.isnan(model.structure.geometry.material.yield_strength).all()
+    given = described(text, materials=[steel | {"yield_strength_MPa": 250}], base="closed", **PAIR)
+    material = model_of_deck(given, given.folder).structure.geometry.material
+    assert set(material.yield_strength) == {250e6} and set(material.youngs_modulus) == {105e9}
+    plain = described(BOLTED, base="closed", **PAIR)
+    material = model_of_deck(plain, plain.folder).structure.geometry.material
+    assert set(material.yield_strength) == {355e6}
     inches = described(BOLTED, base="closed", units={"length": "in", "mass": "slinch"}, **PAIR)
     model = model_of_deck(inches, inches.folder)
     assert model.structure.mass.sum() / 3 == pytest.approx(2 * 7.85e-9 * 175.126835, rel=1e-9)

@@ -44,18 +44,29 @@ def test_shear_has_root_three_times_its_stress(name):
     np.testing.assert_allclose(np.linalg.norm(stress, axis=1), expected, rtol=1e-9)
 
 
-def test_bending_stresses_a_layer_by_its_distance_from_the_middle():
-    geometry = geometry_of("C3D8", divisions=(4, 1, 4), size=(0.4, 0.02, 0.02))
+@pytest.mark.parametrize("name", ["C3D8", "C3D10", "C3D15", "C3D20"])
+def test_bending_stresses_the_centre_of_a_cell_by_its_distance_from_the_middle(name):
+    geometry = geometry_of(name, divisions=(4, 1, 4), size=(0.4, 0.02, 0.02))
     x, y, z = (geometry.node - [0, 0.01, 0.01]).T
     curvature = 0.05
     displacement = curvature * np.column_stack(
         [x * z, -NU * y * z, -(x**2) / 2 - NU * (z**2 - y**2) / 2]
     )
     stress = CentreStresses(geometry, np.arange(len(geometry.cell)))(displacement)
-    distance = abs(z[geometry.cell].mean(axis=1))
+    corners = geometry.cell[:, : KINDS[name].corners]
+    distance = abs(z[corners].mean(axis=1))
     np.testing.assert_allclose(
         np.linalg.norm(stress, axis=1), E * curvature * distance, rtol=1e-9, atol=1.0
     )
+
+
+def test_cells_of_other_kinds_are_refused():
+    geometry = geometry_of("C3D8", divisions=(1, 1, 1))
+    odd = replace(geometry, cell=geometry.cell[:, :5])
+    with pytest.raises(ValueError, match="a cell has 5 nodes: stresses of such cells"):
+        CentreStresses(odd, np.array([0]))
+    with pytest.raises(ValueError, match="the geometry has no material"):
+        CentreStresses(replace(geometry, material=None), np.array([0]))
 
 
 def test_stress_is_that_of_the_cell_which_a_mode_stresses_most(structure):
@@ -88,13 +99,17 @@ def test_slip_at_a_hole_is_that_of_the_pairs_around_it(coarse, assembly, modes):
     np.testing.assert_allclose(modes["hole_clearance"], 1e-3 * clearance)
 
 
-def test_strengths_are_those_of_steel_unless_they_are_given(coarse, structure):
-    strength = structure.geometry.material.yield_strength
-    assert set(strength) == {355e6, 640e6}
-    given = coarse.material.model_copy(update={"yield_strength_MPa": 240.0})
-    assert coarse.bolts.yield_strengths(given) == (240e6, 640e6)
-    bolts = coarse.bolts.model_copy(update={"material": given})
-    assert bolts.yield_strengths(coarse.material) == (355e6, 240e6)
+def test_strengths_are_those_of_steel_where_the_material_is_one_unless_given(coarse, structure):
+    bolts, bars = coarse.bolts, coarse.material
+    assert bars.youngs_modulus_GPa > 180
+    assert bolts.yield_strengths(bars) == (355e6, 640e6)
+    assert set(structure.geometry.material.yield_strength) == {355e6, 640e6}
+    given = bars.model_copy(update={"yield_strength_MPa": 240.0})
+    assert bolts.yield_strengths(given) == (240e6, 640e6)
+    own = bolts.model_copy(update={"material": given})
+    assert own.yield_strengths(bars) == (355e6, 240e6)
+    aluminium = bars.model_copy(update={"youngs_modulus_GPa": 70.0})
+    assert np.isnan(bolts.yield_strengths(aluminium)).all()
 
 
 def test_what_is_not_known_limits_nothing(structure):
@@ -106,10 +121,20 @@ def test_what_is_not_known_limits_nothing(structure):
     assert set(modes_at_limits(without, q)) == {"structure_length", "farthest_mode"}
 
 
-def test_a_hole_without_an_axis_is_refused(structure):
-    lost = replace(structure.bolts[0], axis=None)
+def test_a_clearance_without_an_axis_or_a_size_is_refused(structure):
+    bolt = structure.bolts[0]
     with pytest.raises(ValueError, match="bolt 1 has a hole_clearance, but no axis and position"):
-        modes_at_limits(replace(structure, bolts=(lost,)), np.eye(structure.dofs)[:, :1])
+        replace(bolt, axis=None)
+    for wrong in (0.0, -1e-3, np.nan):
+        with pytest.raises(ValueError, match="hole_clearance of bolt 1"):
+            replace(bolt, hole_clearance=wrong)
+
+
+def test_assemblies_from_before_have_fewer_limits(assembly):
+    old = assembly.drop_vars(["part_yield_strength", "hole_clearance"])
+    found = find_modes(old, "free-1")
+    assert "farthest_mode" in found
+    assert not {"stress_mode", "hole_mode"} & set(found)
 
 
 def test_the_extent_is_the_longest_one_and_the_nodes_move_most(structure, modes):

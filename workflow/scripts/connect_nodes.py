@@ -3,7 +3,7 @@
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.joint.io import joint_to_dataset, of_modes, save_joint
+from boltjoint.joint.io import basis_errors_and_limits, joint_to_dataset, save_joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.provenance import logs
 from boltjoint.structure.excitation import place_excitation
@@ -18,7 +18,7 @@ assembly, modes, preload = (
 def connect() -> xr.Dataset:
     excited = place_excitation(assembly, modes, params.excitation, params.sensors)
     joint = connect_pairs(excited, preload, **params.contact)
-    return joint_to_dataset(joint).assign(of_modes(modes))
+    return joint_to_dataset(joint).assign(basis_errors_and_limits(modes))
 
 
 save_joint(connect, snakemake.output.joint, params, params.of_sweep)

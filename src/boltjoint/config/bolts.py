@@ -1,5 +1,6 @@
 """Bolts and washers of an assembly, their materials, and the contact while they are tightened."""
 
+import math
 from typing import Annotated, Literal, NamedTuple, Protocol
 
 from pydantic import Field
@@ -24,6 +25,30 @@ MATERIAL_WORDS = {
 
 #: yield strengths of structural steel S355 (EN 10025-2) and of bolts of class 8.8 (ISO 898-1), MPa
 S355, CLASS_8_8 = 355.0, 640.0
+#: Young's moduli of steels, GPa
+_STEEL = 180.0, 220.0
+
+
+def yield_strength(given: float | None, youngs_modulus: float, of_steel: float = S355) -> float:
+    """Yield strength [Pa] as given [MPa], or that of a steel where the material is one.
+
+    Parameters
+    ----------
+    given
+        Yield strength [MPa]; None where it is not given.
+    youngs_modulus
+        Young's modulus [GPa], which tells steel from others.
+    of_steel
+        Yield strength of the steel [MPa].
+
+    Returns
+    -------
+    float
+        Not a number of other materials without a strength.
+    """
+    lowest, highest = _STEEL
+    of_material = of_steel if lowest <= youngs_modulus <= highest else math.nan
+    return 1e6 * (of_material if given is None else given)
 
 
 class Material(EntryWithLaterKeys):
@@ -38,8 +63,8 @@ class Material(EntryWithLaterKeys):
     density_kg_per_m3: Positive
     """Mass density."""
     yield_strength_MPa: Positive | None = None
-    """Yield strength, over which the stress at peaks is told; by default 355 MPa, of steel S355,
-    and 640 MPa of bolts, of class 8.8."""
+    """Yield strength, over which the stress at peaks is told. By default that of steel, where the
+    material is one: 355 MPa, of S355, and 640 MPa of bolts, of class 8.8."""
 
 
 class Washer(EntryWithLaterKeys):
@@ -112,9 +137,13 @@ class BoltDimensions(EntryWithLaterKeys):
         yield from self._conflicts_of_washer()
 
     def yield_strengths(self, bodies: Material) -> tuple[float, float]:
-        """Yield strengths of the bodies and of the bolts [Pa]."""
+        """Yield strengths of the bodies and of the bolts [Pa], as of ``yield_strength``."""
         own = None if self.material is None else self.material.yield_strength_MPa
-        return 1e6 * (bodies.yield_strength_MPa or S355), 1e6 * (own or CLASS_8_8)
+        modulus = self.material_in(bodies).youngs_modulus_GPa
+        return (
+            yield_strength(bodies.yield_strength_MPa, bodies.youngs_modulus_GPa),
+            yield_strength(own, modulus, CLASS_8_8),
+        )
 
     @property
     def hole_clearance_mm(self) -> float:

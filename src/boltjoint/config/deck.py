@@ -83,7 +83,8 @@ class DeckMaterial(Entry):
     density_kg_per_m3: Positive | None = None
     """Density; by default that of the deck."""
     yield_strength_MPa: Positive | None = None
-    """Yield strength, over which the stress at peaks is told; by default 355 MPa, of steel S355."""
+    """Yield strength, over which the stress at peaks is told; by default 355 MPa, of S355, where
+    the material is steel."""
 
 
 class ElementReading(Entry):

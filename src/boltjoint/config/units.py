@@ -25,6 +25,7 @@ _UNITS = {
     "um": Unit("μm", "m", 1e-6),
     "percent": Unit("%", "1", 1e-2),
     "GPa": Unit("GPa", "Pa", 1e9),
+    "MPa": Unit("MPa", "Pa", 1e6),
     "Hz": Unit("Hz", "Hz"),
     "N": Unit("N", "N"),
     "s": Unit("s", "s"),

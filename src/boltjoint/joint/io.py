@@ -161,7 +161,7 @@ def _relative_mode(joint: Joint, direction: str) -> xr.Variable:
     return quantity(("point", "mode"), mode, "kg^-1/2", _RELATIVE_MODES[direction])
 
 
-def of_modes(modes: xr.Dataset) -> dict[str, xr.Variable]:
+def basis_errors_and_limits(modes: xr.Dataset) -> dict[str, xr.Variable]:
     """Estimated errors of peaks by the basis, and limits of the model, as ``joint.nc`` holds them.
 
     Parameters

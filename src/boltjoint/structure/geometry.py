@@ -51,34 +51,39 @@ class Geometry:
         return (self.displacement @ q).reshape(len(self.node), 3, -1)
 
 
-#: cells by their numbers of nodes as elements of corners alone, and their centres
-_SHAPES = {
-    (4, 10): ("C3D4", (0.25, 0.25, 0.25)),
-    (6, 15): ("C3D6", (1 / 3, 1 / 3, 0.0)),
-    (8, 20): ("C3D8", (0.0, 0.0, 0.0)),
+#: centres of cells by their numbers of nodes, which tell their kinds
+_CENTRES = {
+    **dict.fromkeys((4, 10), (0.25, 0.25, 0.25)),
+    **dict.fromkeys((6, 15), (1 / 3, 1 / 3, 0.0)),
+    **dict.fromkeys((8, 20), (0.0, 0.0, 0.0)),
 }
 
 
 class _Alike(NamedTuple):
-    """Cells of one shape: their places, corners (cells, corners) and what gives their strains.
+    """Cells of one kind: their places, nodes (cells, nodes) and what gives their strains.
 
-    ``slope`` (cells, corners, 3) has the derivatives of the shape functions by x, y, z.
+    ``slope`` (cells, nodes, 3) has the derivatives of the shape functions by x, y, z.
     """
 
     place: NDArray[np.int64]
-    corner: NDArray[np.int64]
+    node: NDArray[np.int64]
     slope: Array
 
 
 class CentreStresses:
-    """Stresses at the centres of cells, where the corners alone tell the strain to second order.
+    """Stresses at the centres of cells, by the displacements of their nodes.
 
     Parameters
     ----------
     geometry
         With the material of its cells.
     cells
-        Numbers of the cells.
+        Numbers of the cells: tetrahedra, wedges and bricks with linear or quadratic edges.
+
+    Raises
+    ------
+    ValueError
+        If the cells have no material, or are of another kind.
     """
 
     def __init__(self, geometry: Geometry, cells: NDArray[np.int64]) -> None:
@@ -100,8 +105,8 @@ class CentreStresses:
             Of the nodes [m], shape (nodes, 3).
         """
         strain = np.zeros((self._shear_modulus.size, 3, 3))
-        for place, corner, slope in self._alike:
-            gradient = np.einsum("cna,cnb->cab", displacement[corner], slope)
+        for place, node, slope in self._alike:
+            gradient = np.einsum("cna,cnb->cab", displacement[node], slope)
             strain[place] = (gradient + gradient.transpose(0, 2, 1)) / 2
         mean = np.trace(strain, axis1=1, axis2=2) / 3
         normal = np.diagonal(strain, axis1=1, axis2=2) - mean[:, None]
@@ -111,15 +116,14 @@ class CentreStresses:
 
 
 def _alike(geometry: Geometry, cells: NDArray[np.int64]) -> Iterator[_Alike]:
-    """Cells by their shape."""
-    count = np.count_nonzero(geometry.cell[cells] >= 0, axis=1)
-    for counts, (name, centre) in _SHAPES.items():
-        kind, place = KINDS[name], np.flatnonzero(np.isin(count, counts))
-        if not place.size:
-            continue
-        of_vtk = geometry.cell[cells[place], : kind.corners]
-        corner = of_vtk[:, np.argsort(kind.vtk_order)]
-        (slope,) = kind.functions.slopes(np.array([centre]))
-        jacobian = np.einsum("an,cnk->cak", slope, geometry.node[corner])
+    """Cells by their kind."""
+    counts = np.count_nonzero(geometry.cell[cells] >= 0, axis=1)
+    for count in np.unique(counts).tolist():
+        if count not in _CENTRES:
+            raise ValueError(f"a cell has {count} nodes: stresses of such cells are not known")
+        kind, place = KINDS[f"C3D{count}"], np.flatnonzero(counts == count)
+        node = geometry.cell[cells[place], :count][:, np.argsort(kind.vtk_order)]
+        (slope,) = kind.functions.slopes(np.array([_CENTRES[count]]))
+        jacobian = np.einsum("an,cnk->cak", slope, geometry.node[node])
         by_place = np.linalg.solve(jacobian, np.broadcast_to(slope, (place.size, *slope.shape)))
-        yield _Alike(place, corner, by_place.transpose(0, 2, 1))
+        yield _Alike(place, node, by_place.transpose(0, 2, 1))

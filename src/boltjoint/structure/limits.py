@@ -24,7 +24,9 @@ class Limit(NamedTuple):
     meaning
         Of the share.
     problem
-        In a warning, after force and share.
+        In a sentence, after the force, with shares reached and tolerated in percent.
+    is_proportional
+        Whether shares grow with the amplitude at the output point, but for changes of the shape.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Limit(NamedTuple):
     tolerated: float
     meaning: str
     problem: str
+    is_proportional: bool = True
 
 
 DISPLACEMENT = Limit(
@@ -52,6 +55,8 @@ SLIP = Limit(
     "largest slip at a bolt at the peak over the clearance of its hole",
     "bodies slip at a bolt by %.0f %% of the clearance of its hole at the peak: beyond %.0f %% the "
     "shank bears on the hole, which the model leaves out",
+    # nothing slips at small amplitudes
+    is_proportional=False,
 )
 STRESS = Limit(
     "stress_over_strength",

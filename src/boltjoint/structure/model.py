@@ -71,6 +71,10 @@ class Bolt:
             checks.whole(f"locked of {self.name}", self.locked, at_least=0)
             if self.locked >= load.size:
                 raise ValueError(f"locked of {self.name} is {self.locked} of {load.size} dofs")
+        if self.hole_clearance is not None:
+            checks.number(f"hole_clearance of {self.name}", self.hole_clearance, above=0)
+            if self.axis is None or self.position is None:
+                raise ValueError(f"{self.name} has a hole_clearance, but no axis and position")
 
 
 @dataclass(frozen=True, eq=False)

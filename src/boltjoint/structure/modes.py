@@ -71,8 +71,8 @@ def find_modes(
         (mode), positive where it does not vanish, ``excitation_mode`` (mode), both where a
         case gives no point; ``input_mode`` (input, mode) and ``output_mode`` (output, mode);
         ``base_excitation_mode`` (axis, mode) [kg^1/2] where it is held; ``position`` (pair,
-        axis) [m]; ``area`` (pair) [m2];
-        and what ``modes_at_limits`` gives. With ``free-N`` and ``all-N``, of every mode that was
+        axis) [m]; ``area`` (pair) [m2]; and what
+        ``modes_at_limits`` gives. With ``free-N`` and ``all-N``, of every mode that was
         solved for, for large N of ``free-N`` symmetric ones only: ``candidate_frequency``
         (candidate) [Hz], ``candidate_family`` (candidate), and the shares of kinetic energy that
         decided it, ``energy_share`` (candidate, axis) and ``symmetric_share`` (candidate). With

@@ -1,8 +1,11 @@
 """Modes at the places that decide how far the model of a structure holds (``structure.limits``).
 
-Modes are kept at the few places where one of them is largest: nodes, holes of bolts, and cells. The
-stress is nominal: that at the centre of a cell, of cells that do not touch the contact.
+Modes are kept at the few places where one of them is largest: nodes, holes of bolts, and cells. So
+what motions of several modes reach there is at least what they reach. The stress is nominal: that
+at the centre of a cell, of cells none of whose nodes shares a degree of freedom with the contact.
 """
+
+from typing import cast
 
 import numpy as np
 import xarray as xr
@@ -18,6 +21,9 @@ Array = NDArray[np.float64]
 
 #: contact points at the edge of a hole: their distance from the axis, over that of the nearest
 _AT_EDGE = 1.1
+
+#: stress of a mode over that of the most stressed one, below which it is none
+_STRESSED = 1e-9
 
 
 def modes_at_limits(structure: Structure, q: Array) -> dict[str, xr.Variable]:
@@ -67,7 +73,7 @@ def _of_holes(structure: Structure, q: Array) -> dict[str, xr.Variable]:
     relative = (structure.contact.relative @ q).reshape(len(structure.contact), 3, -1)
     modes = np.array([_at_edge(bolt, structure, relative[:, :2]) for bolt in bolts])
     clearance = np.array([bolt.hole_clearance for bolt in bolts], float)
-    dims, meaning = ("hole", "tangent", "mode"), "slip of the bodies at the edge of a hole"
+    dims, meaning = ("hole", "tangent", "mode"), "mean slip of the bodies at the edge of a hole"
     return {
         SLIP.modes: quantity(dims, modes, "kg^-1/2", meaning),
         SLIP.limit: quantity("hole", clearance, "m", "diameter of the hole less that of the shank"),
@@ -76,9 +82,8 @@ def _of_holes(structure: Structure, q: Array) -> dict[str, xr.Variable]:
 
 def _at_edge(bolt: Bolt, structure: Structure, relative: Array) -> Array:
     """Mean of relative modes (points, tangents, modes) at the edge of a bolt's hole."""
-    distance = distance_to_bolts([bolt], structure.contact.position)
-    if distance is None:
-        raise ValueError(f"{bolt.name} has a hole_clearance, but no axis and position")
+    # a bolt with a clearance has an axis
+    distance = cast(Array, distance_to_bolts([bolt], structure.contact.position))
     return np.asarray(relative[distance <= _AT_EDGE * distance.min()].mean(axis=0), float)
 
 
@@ -91,8 +96,10 @@ def _of_cells(structure: Structure, shape: Array | None) -> dict[str, xr.Variabl
     if not judged.size:
         return {}
     modes, stresses = np.moveaxis(shape, 2, 0), CentreStresses(geometry, judged)
-    share = (np.linalg.norm(stresses(mode), axis=1) / strength[judged] for mode in modes)
-    stressed = judged[np.unique([of_mode.argmax() for of_mode in share])]
+    share = [np.linalg.norm(stresses(mode), axis=1) / strength[judged] for mode in modes]
+    # rigid-body modes have stresses of rounding
+    least = _STRESSED * max(of_mode.max() for of_mode in share)
+    stressed = judged[np.unique([one.argmax() for one in share if one.max() > least])]
     stresses = CentreStresses(geometry, stressed)
     dims, meaning = ("stressed", "stress", "mode"), "its length is the stress of von Mises"
     of_modes = np.stack([stresses(mode) for mode in modes], axis=-1)

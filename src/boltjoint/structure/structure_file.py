@@ -232,6 +232,8 @@ def _of_bolts(structure: Structure) -> dict[str, xr.Variable]:
 
 def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
     def known(name: str, place: int) -> NDArray | None:
+        if f"bolt_{name}" not in stored:
+            return None
         value = stored[f"bolt_{name}"].to_numpy()[place]
         return None if np.any(np.isnan(value)) else value
 

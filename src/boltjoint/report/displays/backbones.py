@@ -38,7 +38,7 @@ def _responses(contents: Contents, artefact: Artefact) -> list[Artefact]:
     title="Backbones of resonance {resonance}",
     caption="Natural frequency and damping ratio of the nonlinear mode over the amplitude of the "
     "output point, from full stick to full slip; a dot is the peak under a force of this case. "
-    "Beyond the dashed line the structure moves by more than a tenth of its length.",
+    "Beyond the dashed line the model does not hold: displacement or stress is beyond its limit.",
     options=lambda contents, artefact: {
         "joints": contents.backbones(**artefact.fields),
         "forces": contents.study.case(artefact.case).levels,

@@ -41,8 +41,8 @@ class ResponseCurve:
     fell_back
         Whether it is the response in linear modes instead.
     model_limit
-        Amplitude, as above, beyond which the model does not hold (``structure.limits``), by the
-        first of its limits; not a number where none is known.
+        Amplitude, as above, beyond which the model does not hold, by the first of the limits that
+        are proportional to it (``structure.limits``); not a number where none is known.
     """
 
     level: float
@@ -91,7 +91,11 @@ def response_curves(response: xr.Dataset) -> list[ResponseCurve]:
             for what in ("frequency", "amplitude")
         )
         highest = converged[1] if converged else float(at["peak_amplitude"]) * _MM / level
-        shares = [float(at.get(f"peak_{limit.name}", np.nan)) / limit.tolerated for limit in LIMITS]
+        shares = [
+            float(at.get(f"peak_{limit.name}", np.nan)) / limit.tolerated
+            for limit in LIMITS
+            if limit.is_proportional
+        ]
         reached = np.nan_to_num(shares).max()
         curves.append(
             ResponseCurve(

@@ -91,7 +91,7 @@ def motions_at_peaks(
         else:
             frequency, motion = at_peak
             motions.append(PeakMotion(frequency, components, motion.modal_coordinate @ mode))
-    return motions, "peak"
+    return motions, "peak" if components.highest > 1 else "peak with all harmonics"
 
 
 @figure_style
@@ -121,7 +121,7 @@ def plot_peak_motions(response: xr.Dataset, mode: NDArray[np.float64]) -> Figure
     history, spectrum = figure.subplots(2)
     for place, (colour, motion) in enumerate(zip(level_colours(levels.size), motions, strict=True)):
         if motion is None:
-            labels[place] += "\nno peak found"
+            labels[place] += "\nno such peak found"
             continue
         line = {"color": colour, "label": labels[place], **REFERENCE_LINE}
         history.plot(*motion.history(), **line)

@@ -17,7 +17,7 @@ from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.limits import LIMITS, STRESS
 from boltjoint.study import layout
 from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
@@ -255,7 +255,7 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
         return Markup()
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
-    limits = [_TEXT.limits()] if any(column in peaks for column in REACHED.values()) else []
+    limits = [_TEXT.limits(REACHED[STRESS.name] in peaks)] if _has_limits(peaks) else []
     return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes, *limits])
 
 
@@ -269,8 +269,8 @@ def statement_of(rows: pd.DataFrame) -> str:
     return _TEXT.peaks(in_words, ALL in peaks, _is_untested(peaks))
 
 
-def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str, str]]:
-    """Limits beyond which peaks lie, with their forces and the largest share of the limit [%]."""
+def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
+    """Forces whose peaks are beyond a limit of the model, and what that means."""
     beyond = []
     for limit in LIMITS:
         column = REACHED[limit.name]
@@ -278,8 +278,12 @@ def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str, str]]:
             continue
         far = peaks[peaks[column] > 100 * limit.tolerated]
         forces = ", ".join(f"{force:g}" for force in far["", "force_N"])
-        beyond.append((limit.name, forces, number(far[column].max(), 2)))
+        beyond.append((forces, limit.problem % (far[column].max(), 100 * limit.tolerated)))
     return beyond
+
+
+def _has_limits(peaks: pd.DataFrame) -> bool:
+    return any(column in peaks for column in REACHED.values())
 
 
 def _is_untested(peaks: pd.DataFrame) -> bool:

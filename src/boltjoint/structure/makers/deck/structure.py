@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from boltjoint.config.bolts import S355
+from boltjoint.config.bolts import yield_strength
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 
 #: of the maker
 NAME = "deck"
-_MM, _MPA = 1e-3, 1e6
+_MM = 1e-3
 #: slip of contact points in a motion of bodies, below which it is one of the whole
 _WHOLE = 1e-7
 
@@ -344,13 +344,16 @@ def _geometry(description: Description, mesh: Mesh, displacement: sparse.csc_arr
 def _cell_material(description: Description, mesh: Mesh) -> CellMaterial:
     materials, number = mesh.materials
     given = {own.name.upper(): own.yield_strength_MPa for own in description.materials}
-    strength = _MPA * np.array([given.get(one.name.upper(), S355) for one in materials])
     of_solids = [block.material for block in mesh.blocks(description.units.pascal, 1.0)]
-    return CellMaterial(
-        np.concatenate([material.youngs_modulus for material in of_solids]),
-        np.concatenate([material.poissons_ratio for material in of_solids]),
-        np.concatenate([strength[number[solid.place]] for solid in mesh.solids]),
-    )
+    modulus = np.concatenate([material.youngs_modulus for material in of_solids])
+    of_cell = np.concatenate([number[solid.place] for solid in mesh.solids])
+    strength = np.empty_like(modulus)
+    for index in np.unique(of_cell):
+        own = given.get(materials[index].name.upper())
+        mine = of_cell == index
+        strength[mine] = yield_strength(own, 1e-9 * modulus[mine][0])
+    ratio = np.concatenate([material.poissons_ratio for material in of_solids])
+    return CellMaterial(modulus, ratio, strength)
 
 
 def _log(model: DeckModel, lengths: list[str]) -> None:

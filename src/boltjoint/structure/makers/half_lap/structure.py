@@ -162,7 +162,9 @@ def structure_of(assembly: xr.Dataset) -> Structure:
     return structure if is_held else structure.with_rigid_motions()
 
 
-def _cell_material(assembly: xr.Dataset) -> CellMaterial:
+def _cell_material(assembly: xr.Dataset) -> CellMaterial | None:
+    if "part_yield_strength" not in assembly:
+        return None
     material = element_materials(assembly)
     strength = assembly["part_yield_strength"].to_numpy()[assembly["part"].to_numpy()]
     return CellMaterial(material.youngs_modulus, material.poissons_ratio, strength)
@@ -191,6 +193,7 @@ def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
     """The bolts, whose shortening are the last degrees of freedom."""
     position = checks.variable("assembly", assembly, "bolt_position", ("bolt", "axis"))
     first = dofs - len(position)
+    clearance = float(assembly["hole_clearance"]) if "hole_clearance" in assembly else None
     bolts = []
     for number, at in enumerate(position):
         bolts.append(
@@ -202,7 +205,7 @@ def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
                 position=at,
                 section=_shank_area(assembly, number),
                 youngs_modulus=_shank_modulus(assembly, number),
-                hole_clearance=float(assembly["hole_clearance"]),
+                hole_clearance=clearance,
             )
         )
     return tuple(bolts)
