@@ -238,4 +238,4 @@ def test_parts_can_be_left_out():
     assert kinds - left["harmonics"] == {"harmonics"}
     study = load_study(ROOT, {"converged_peaks": False})
     one_harmonic = {each.kind for each in Contents(study, DISPLAYS).artefacts}
-    assert kinds - one_harmonic == {"harmonic_peaks"}
+    assert kinds - one_harmonic == {"harmonic_peaks", "peak_motions"}

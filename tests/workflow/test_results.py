@@ -93,7 +93,7 @@ def test_models_of_the_same_joint_agree(finished):
 SYMBOL = "(m|kg|s|N|Hz|Pa|J|rad)[2-9]?"
 UNITS = re.compile(rf"1|{SYMBOL}( {SYMBOL})*(/{SYMBOL})?")
 #: of modes and modal coordinates, which it does not know
-ROOTS = {"kg^-1/2", "kg^1/2", "kg^1/2 m", "m J^-1/2"}
+ROOTS = {"kg^-1/2", "kg^1/2", "kg^1/2 m", "m J^-1/2", "Pa kg^-1/2 m^-1"}
 
 
 def test_files_tell_their_units_and_parameters(finished):
