@@ -51,14 +51,6 @@ class Geometry:
         return (self.displacement @ q).reshape(len(self.node), 3, -1)
 
 
-#: centres of cells by their numbers of nodes, which tell their kinds
-_CENTRES = {
-    **dict.fromkeys((4, 10), (0.25, 0.25, 0.25)),
-    **dict.fromkeys((6, 15), (1 / 3, 1 / 3, 0.0)),
-    **dict.fromkeys((8, 20), (0.0, 0.0, 0.0)),
-}
-
-
 class _Alike(NamedTuple):
     """Cells of one kind: their places, nodes (cells, nodes) and what gives their strains.
 
@@ -119,11 +111,11 @@ def _alike(geometry: Geometry, cells: NDArray[np.int64]) -> Iterator[_Alike]:
     """Cells by their kind."""
     counts = np.count_nonzero(geometry.cell[cells] >= 0, axis=1)
     for count in np.unique(counts).tolist():
-        if count not in _CENTRES:
+        kind, place = KINDS.get(f"C3D{count}"), np.flatnonzero(counts == count)
+        if kind is None:
             raise ValueError(f"a cell has {count} nodes: stresses of such cells are not known")
-        kind, place = KINDS[f"C3D{count}"], np.flatnonzero(counts == count)
         node = geometry.cell[cells[place], :count][:, np.argsort(kind.vtk_order)]
-        (slope,) = kind.functions.slopes(np.array([_CENTRES[count]]))
+        (slope,) = kind.functions.slopes(kind.functions.corner.mean(axis=0, keepdims=True))
         jacobian = np.einsum("an,cnk->cak", slope, geometry.node[node])
         by_place = np.linalg.solve(jacobian, np.broadcast_to(slope, (place.size, *slope.shape)))
         yield _Alike(place, node, by_place.transpose(0, 2, 1))

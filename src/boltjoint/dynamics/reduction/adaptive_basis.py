@@ -17,7 +17,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -26,6 +25,7 @@ from scipy.sparse.linalg import ArpackError
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.epmc import ModalState
@@ -45,9 +45,6 @@ from boltjoint.structure.basis.snapshots import (
 )
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Structure
-
-if TYPE_CHECKING:
-    from boltjoint.config.settings import ContactAdaptedBasis
 
 logger = logging.getLogger(__name__)
 
@@ -69,7 +66,7 @@ def find_pod_modes(
     assembly: xr.Dataset | Structure,
     preload: xr.Dataset,
     conditions: Sequence[ContactCondition],
-    options: "ContactAdaptedBasis | None" = None,
+    options: ContactAdaptedBasis | None = None,
     pod_options: PODOptions = PODOptions(),
 ) -> xr.Dataset:
     """POD modes of an assembly for the contact conditions of its cases.
@@ -108,10 +105,7 @@ def find_pod_modes(
     RuntimeError
         If the assembly is not held, or the candidates are lost in rounding.
     """
-    if options is None:
-        from boltjoint.config.settings import ContactAdaptedBasis
-
-        options = ContactAdaptedBasis()
+    options = ContactAdaptedBasis() if options is None else options
     checks.sequence("conditions", conditions, ContactCondition)
     checks.instance("preload", preload, xr.Dataset)
     conditions = list(dict.fromkeys(conditions))
@@ -207,7 +201,7 @@ def _of_trials(vectors: NDArray[np.int64], errors: Array) -> dict[str, xr.Variab
 _Connections = Sequence[tuple[Callable[[xr.Dataset], Joint], Damping]]
 
 
-def _tolerances(options: "ContactAdaptedBasis") -> Array:
+def _tolerances(options: ContactAdaptedBasis) -> Array:
     return np.array([options.frequency_tolerance, options.amplitude_tolerance])
 
 
@@ -215,7 +209,7 @@ def _adapted(
     candidates: Candidates,
     connections: _Connections,
     stiffness: Array,
-    options: "ContactAdaptedBasis",
+    options: ContactAdaptedBasis,
     pod_options: PODOptions,
 ) -> PODModes:
     """POD modes of snapshots in bases that are each made from the one before."""
@@ -259,7 +253,7 @@ def _adapted(
     return basis
 
 
-def _trace(mode: CandidateBackbone, options: "ContactAdaptedBasis") -> TracedBackbone:
+def _trace(mode: CandidateBackbone, options: ContactAdaptedBasis) -> TracedBackbone:
     """The backbone from the onset of slip until structural damping outweighs friction again."""
     backbone = mode.trace(options.lowest_amplitude, options.highest_amplitude)
     states = backbone.states
@@ -293,7 +287,7 @@ def _error_by_vectors(
     candidates: Candidates,
     connections: _Connections,
     vectors: Array,
-    options: "ContactAdaptedBasis",
+    options: ContactAdaptedBasis,
 ) -> list[tuple[int, Array]]:
     """Number of vectors and largest errors of frequency and amplitude of the peaks in them.
 

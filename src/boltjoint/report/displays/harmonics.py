@@ -41,8 +41,7 @@ def _with_several_harmonics(contents: Contents) -> Iterator[dict[str, Any]]:
     "harmonics where that is known, over the first-harmonic amplitude that stands beside the "
     "frequency of the peak. Motions that are nearly sines coincide. Harmonic 0 is the mean "
     "displacement from the assembled state; harmonics that are not drawn vanish, or were not "
-    "solved. Under base excitation displacements "
-    "are relative to the supports.",
+    "solved. Under base excitation displacements are relative to the supports.",
 )
 def peak_motions(artefact: Artefact, results: "Results") -> "Figure":
     """Time history and spectrum of the motion at the peaks."""

@@ -193,8 +193,9 @@ def structure_of_bodies(described: "BoltedBodies", mesh: BoltedMesh) -> Structur
     bolts, nodes = len(mesh.bolt_position), len(mesh.coordinate)
     held = mesh.held if described.has_support else mesh.held[:0]
     T = free_motion(nodes, mesh.section, mesh.bolt_of_pair, held, bolts)
-    material = IsotropicMaterial(*_constants(described, mesh))
-    of_cells = _cell_material(described, mesh)
+    E, nu, density = _constants(described, mesh)
+    of_cells = CellMaterial(E, nu, _yield_strength(described, mesh))
+    material = IsotropicMaterial(E, nu, density)
     K, M = assemble(mesh.coordinate, [ElementBlock(KIND, mesh.hexahedron, material)])
     rows = {point.name: _row(point, mesh, T) for point in described.points}
     support = -(T.T @ (M @ np.tile(np.eye(3), (nodes, 1)))).T
@@ -236,13 +237,12 @@ def _constants(described: "BoltedBodies", mesh: BoltedMesh) -> list[Array]:
     ]
 
 
-def _cell_material(described: "BoltedBodies", mesh: BoltedMesh) -> CellMaterial:
-    """Of the bricks; washers have no strength."""
+def _yield_strength(described: "BoltedBodies", mesh: BoltedMesh) -> Array:
+    """Of the bricks [Pa]; washers have none."""
     bolts = len(mesh.bolt_position)
     of_bodies, of_bolts = described.bolts.yield_strengths(described.material)
     strengths = [of_bodies] * FIRST_OF_BOLTS + [of_bolts] * bolts + [np.nan] * bolts
-    E, nu, _ = _constants(described, mesh)
-    return CellMaterial(E, nu, np.array(strengths)[mesh.part])
+    return np.array(strengths)[mesh.part]
 
 
 def _contact(described: "BoltedBodies", mesh: BoltedMesh, T: sparse.csc_array) -> ContactPoints:
