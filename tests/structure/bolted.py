@@ -131,12 +131,12 @@ def volume_of_bolts(bolts, thickness):
     return np.pi / 4 * (shank + heads + washers)
 
 
-def first_peaks(structure, preload, forces, vectors=40):
+def first_peaks(structure, preload, forces, options=OPTIONS):
     """Frequencies without contact, and peaks of the first resonance, node to node [Hz, m]."""
     tightened = apply_preload(structure, preload)
     free = find_modes(structure, "free-4")["natural_frequency"].to_numpy()
-    pod_modes = find_pod_modes(structure, tightened, [CONDITION], OPTIONS)
-    modes = find_modes(structure, f"enriched-{vectors}", pod_modes)
+    pod_modes = find_pod_modes(structure, tightened, [CONDITION], options)
+    modes = find_modes(structure, f"enriched-{options.maximum_vectors}", pod_modes)
     joint = CONDITION.connect(tightened, modes)
     response = solve_response(joint, forces, damping=LOSS_FACTOR)
     assert response["complete"].to_numpy().all()

@@ -19,6 +19,7 @@ from bolted import (
 )
 from scipy.linalg import eigh
 
+from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.types import ConfigError
 from boltjoint.structure.elements.matrices import smallest_jacobian
 from boltjoint.structure.extrusion.bodies import KIND
@@ -194,21 +195,25 @@ def test_the_beam_is_that_of_euler_where_it_is_slender():
 
 
 def test_frequencies_and_a_peak_converge():
-    """Differences fall with the size of elements: docs/structures.md has further meshes."""
+    """Differences fall with the size of elements: docs/structures.md has further meshes.
+
+    Peaks in 40 vectors adapted once err by 4 %, and by another share on each processor.
+    """
+    adapted = ContactAdaptedBasis(states=8, adaptations=3, resonances=1, maximum_vectors=80)
     meshes = (refined(FLANGE, factor) for factor in (0.5, 1, 1.5))
     frequency, peak, amplitude = (
         np.array(values)
         for values in zip(
-            *(first_peaks(built(FLANGE, mesh=mesh)[1], 1e4, [100.0]) for mesh in meshes),
+            *(first_peaks(built(FLANGE, mesh=mesh)[1], 1e4, [100.0], adapted) for mesh in meshes),
             strict=True,
         )
     )
-    # 685.3, 671.7 and 666.8 Hz; 2289, 2167 and 2135 Hz; then 740.5, 730.8 and 727.1 Hz
+    # 685.3, 671.7 and 666.8 Hz; 2289, 2167 and 2135 Hz; then 739.3, 729.4 and 725.8 Hz
     for values in (*frequency.T[:2], peak[:, 0]):
         first, second = -np.diff(values)
         assert 0 < 1.5 * second < first
         assert second < 0.02 * values[-1]
-    # 0.735, 0.726 and 0.736 mm, of which the basis makes some 4 %
+    # 0.703, 0.700 and 0.706 mm
     np.testing.assert_allclose(amplitude[:, 0], amplitude[-1, 0], rtol=0.02)
 
 
