@@ -5,10 +5,12 @@ A motion is ``bias + sum over h of sin_h sin(h w t) + cos_h cos(h w t)``. Its co
 order of ``Components``.
 """
 
+from collections.abc import Iterable
 from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 BIAS, SIN, COS = "bias", "sin", "cos"
@@ -110,6 +112,26 @@ class Components(tuple[str, ...]):
         # whole periods are subtracted as integers, without rounding
         turns = np.outer(self.number, np.arange(samples)) % samples / samples
         return np.where(self.is_sine[:, None], np.sin(2 * np.pi * turns), np.cos(2 * np.pi * turns))
+
+
+def highest_harmonic(motions: xr.Dataset) -> int:
+    """The highest harmonic of the motions in the file of a response or a backbone."""
+    # a backbone names those beyond the first alone
+    further = motions["component"].to_numpy().tolist() if "component" in motions.coords else []
+    return Components((SIN, COS, *further)).highest
+
+
+def in_words(highest: Iterable[float]) -> str:
+    """The number of harmonics of some motions.
+
+    >>> in_words([1, 1]), in_words([3]), in_words([9, 3])
+    ('one harmonic', '3 harmonics', '3 to 9 harmonics')
+    """
+    numbers = [round(number) for number in highest] or [1]
+    fewest, most = min(numbers), max(numbers)
+    if fewest < most:
+        return f"{fewest} to {most} harmonics"
+    return f"{most} harmonics" if most > 1 else "one harmonic"
 
 
 def phase_derivative(number: NDArray[np.int64], is_sine: NDArray[np.bool_]) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ ROWS = pd.DataFrame(
     {
         "force_N": [1.0, 10.0],
         "complete": True,
+        "harmonics": 1,
         "peak_frequency_Hz": [75.4, 71.9],
         "peak_mm_per_N": [0.85, 0.35],
         "converged_peak_frequency_Hz": [75.18, None],
@@ -37,6 +38,13 @@ def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
     assert peak_in_words(peaks.iloc[1], unit) == (
         f"71.9 Hz and 0.35 {per} at 10 {unit} with one harmonic, whose error is not tested"
     )
+
+
+def test_a_peak_tells_the_harmonics_it_is_solved_with():
+    of_few = ROWS.drop(columns=[name for name in ROWS if name.startswith("converged")])
+    sentence = statement_of(of_few.assign(harmonics=[1, 5])).replace("\u00a0", " ")
+    assert "0.85 mm/N at 1 N with one harmonic, whose error is not tested" in sentence
+    assert "0.35 mm/N at 10 N with 5 harmonics, whose error is not tested" in sentence
 
 
 def test_bars_are_numbers_and_only_one_that_is_not_known_is_told_in_words():

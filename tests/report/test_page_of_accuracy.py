@@ -43,7 +43,7 @@ def test_how_far_one_harmonic_is_off_stands_first(tmp_path, monkeypatch):
     for each, frame in frames.items():
         save(each, frame.assign(harmonics=[3, 9] * 2))
     lead = plain(accuracy_of(artefacts).split("</header>")[0])
-    assert "solved with harmonics up to 3" in lead
+    assert "solved with 3 harmonics" in lead
     page = plain(accuracy_of([]))
     assert "errors against the full finite-element model are not tested" in page
     assert "is not known" in page

@@ -185,7 +185,7 @@ def test_folds_without_unstable_solutions_are_named(artefacts):
 def test_stability_of_one_harmonic_is_named(artefacts):
     edit("accuracy", lambda frame: frame.assign(stability_harmonics=(frame["force_N"] == 50) * 1))
     of_regions = figure(write(artefacts), "response_mine_free-4_regions=6_linear_resonance=1")
-    assert "At 50 N motions of one harmonic are unstable, where the line is broken" in of_regions
+    assert "At 50 N motions with one harmonic are unstable, where the line is broken" in of_regions
     assert "several such motions" not in of_regions
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.harmonics import highest_harmonic
 from boltjoint.structure.limits import LIMITS
 
 #: millimetres of a metre
@@ -40,6 +41,8 @@ class ResponseCurve:
         Whether the branch ends within the window.
     fell_back
         Whether it is the response in linear modes instead.
+    harmonics
+        Harmonics of its motions.
     model_limit
         Amplitude, as above, beyond which the model does not hold, by the first of the limits that
         are proportional to it (``structure.limits``); not a number where none is known.
@@ -54,6 +57,7 @@ class ResponseCurve:
     error_bar: tuple[float, float]
     broken_off: bool
     fell_back: bool
+    harmonics: int
     model_limit: float = np.nan
 
     @property
@@ -108,6 +112,7 @@ def response_curves(response: xr.Dataset) -> list[ResponseCurve]:
                 error_bar=(of_frequency, of_amplitude),
                 broken_off=not at["complete"],
                 fell_back=bool(at["fell_back"]),
+                harmonics=int(at.get("response_harmonics", highest_harmonic(response))),
                 model_limit=highest / reached if reached else np.nan,
             )
         )

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
+from boltjoint.harmonics import in_words
 from boltjoint.names import Coordinates, JointName
 from boltjoint.report.figures.curves import (
     LIMIT,
@@ -137,8 +138,7 @@ def _draw_curve(
         part = np.where(_with_neighbours(curve.unstable == harmonics), y, np.nan)
         dashes = _UNSTABLE_LINE if harmonics > 1 else _UNSTABLE_LINE | _ONE_HARMONIC
         axes.plot(x, part, color=colour, **style, **dashes)
-        of = f"{harmonics} harmonics" if harmonics > 1 else "one harmonic"
-        marks[f"unstable ({of})"] = {**REFERENCE_LINE, **dashes}
+        marks[f"unstable ({in_words([harmonics])})"] = {**REFERENCE_LINE, **dashes}
     if curve.peak is not None:
         at_peak = [curve.peak]
         axes.plot(x[at_peak], y[at_peak], color=colour, markersize=7 * size, zorder=4, **_PEAK_MARK)

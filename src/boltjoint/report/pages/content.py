@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 from markupsafe import Markup
 
+from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
@@ -240,7 +241,7 @@ def reference_statement(content: PageContent) -> Markup:
     return prose("statements").reference(
         bool(adapted),
         *(_largest(peaks, column) for column in (_BASIS, _LEFT_OUT)),
-        harmonics_in_words(fewest),
+        in_words(fewest["harmonics"]),
         largest_errors(fewest),
         ", ".join(f"{force:g}" for force in forces),
     )
@@ -265,12 +266,6 @@ def largest_errors(peaks: pd.DataFrame) -> str:
         for quantity in ("amplitude", "frequency")
         if len(tested)
     )
-
-
-def harmonics_in_words(peaks: pd.DataFrame) -> str:
-    """The number of harmonics of some peaks."""
-    numbers = peaks["harmonics"].unique()
-    return "one harmonic" if list(numbers) in ([], [1]) else f"harmonics up to {max(numbers)}"
 
 
 def format_residual_in_time(residual: float) -> str | None:

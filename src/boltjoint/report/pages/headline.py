@@ -12,6 +12,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.config.study import Study
+from boltjoint.harmonics import highest_harmonic, in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
@@ -43,12 +44,15 @@ class NonlinearMode:
         Amplitude of the output point at that damping [m].
     level
         Excitation level whose peak has that amplitude.
+    harmonics
+        Harmonics of its motions.
     """
 
     slip_level: float | None
     largest_damping: float
     amplitude: float
     level: float
+    harmonics: int
 
     @classmethod
     def of(cls, backbone: xr.Dataset, between: tuple[float, float]) -> "NonlinearMode | None":
@@ -74,7 +78,8 @@ class NonlinearMode:
             slip_level = float(np.exp(np.interp(SHOWS, gone[ends], np.log(level[ends]))))
         most = int(np.argmax(damping))
         amplitude = float(backbone["response_amplitude"][most])
-        return cls(slip_level, float(damping[most]), amplitude, float(level[most]))
+        harmonics = highest_harmonic(backbone)
+        return cls(slip_level, float(damping[most]), amplitude, float(level[most]), harmonics)
 
 
 def nonlinear_mode(
@@ -111,7 +116,7 @@ def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
 _TEXT = prose("headline")
 
 #: headings above the columns of the peaks
-ALL, ONE = "peak with all harmonics", "with one harmonic"
+ALL, SOLVED = "peak with all harmonics", "as solved"
 
 #: columns of the shares of limits that are reached at the peak
 REACHED = {
@@ -127,7 +132,7 @@ _BARS = tuple(f"converged_{what}_error_bar_percent" for what in ("frequency", "a
 
 
 def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
-    """Peaks of the node-to-node joint by force, with all harmonics and with one.
+    """Peaks of the node-to-node joint by force, with all harmonics and as solved.
 
     Parameters
     ----------
@@ -141,9 +146,9 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     DataFrame
         Columns under ``ALL``: frequency, response over force and their error bars, where the study
         has such peaks; bars are not tested in a basis whose error is not estimated, and where no
-        motion with further harmonics was found. Under ``ONE``, those of one harmonic and how far
-        the response is off; empty where there is no peak or a branch broke off. Last ``REACHED``,
-        of the limits that are known.
+        motion with further harmonics was found. Under ``SOLVED``, the harmonics that the branch
+        has, its peaks and how far the response is off; empty where there is no peak or a branch
+        broke off. Last ``REACHED``, of the limits that are known.
     """
     fields = {"joint": REFERENCE[0], "coordinates": REFERENCE[1], "resonance": resonance}
     return peaks_of_coordinates(select(accuracy, **fields))
@@ -152,7 +157,7 @@ def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
 def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     """As ``peaks_of_reference``, of some rows of a table of accuracy in any coordinates."""
     # the largest response of a part of a branch need not be the peak
-    of_one = rows[["peak_frequency_Hz", "peak_mm_per_N"]].where(rows["complete"])
+    solved = rows[["peak_frequency_Hz", "peak_mm_per_N"]].where(rows["complete"])
     unknown = pd.Series(np.nan, rows.index)
     columns = {("", "force_N"): rows["force_N"]}
     if "converged_peak_mm_per_N" in rows:
@@ -167,13 +172,14 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
             (ALL, "response_mm_per_N"): all_harmonics,
             (ALL, "response_±_percent"): of_response,
         }
-        error = 100 * (of_one["peak_mm_per_N"] / all_harmonics - 1).abs()
+        error = 100 * (solved["peak_mm_per_N"] / all_harmonics - 1).abs()
     else:
-        off, error = "error", _or_not_tested(unknown, of_one["peak_mm_per_N"])
+        off, error = "error", _or_not_tested(unknown, solved["peak_mm_per_N"])
     columns |= {
-        (ONE, "frequency_Hz"): of_one["peak_frequency_Hz"],
-        (ONE, "response_mm_per_N"): of_one["peak_mm_per_N"],
-        (ONE, off): error,
+        (SOLVED, "harmonics"): rows["harmonics"],
+        (SOLVED, "frequency_Hz"): solved["peak_frequency_Hz"],
+        (SOLVED, "response_mm_per_N"): solved["peak_mm_per_N"],
+        (SOLVED, off): error,
     }
     columns |= {
         column: rows[f"{name}_percent"]
@@ -202,14 +208,14 @@ def peak_in_words(
     force = f"at {row['', 'force_N']:g} {unit}"
     per_level = "mm/N" if unit == "N" else f"mm/({unit})"
     has_all = (ALL, "frequency_Hz") in row and not pd.isna(row[ALL, "response_mm_per_N"])
-    of_peak = row[ALL if has_all else ONE]
+    of_peak = row[ALL if has_all else SOLVED]
     frequency, response = of_peak["frequency_Hz"], of_peak["response_mm_per_N"]
     if pd.isna(response):
         return f"none {force}: {'the window has none' if is_complete else 'the branch broke off'}"
     if not has_all:
         return (
-            f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force} with one harmonic, "
-            "whose error is not tested"
+            f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force} with "
+            f"{in_words([of_peak['harmonics']])}, whose error is not tested"
         )
     bars = [of_peak[name] for name in ("frequency_±_percent", "response_±_percent")]
     if NOT_TESTED in bars:
@@ -238,10 +244,11 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     peaks = peaks_of_reference(accuracy, resonance)
     between = content.resonance_range(name, basis, resonance)
     unit = "m/s²" if case.is_base_excited else "N"
-    in_words = _in_words(peaks, accuracy["complete"], unit)
-    told = in_words, _is_untested(peaks), ALL in peaks, _beyond_limits(peaks)
+    sentences = _peaks_in_words(peaks, accuracy["complete"], unit)
+    told = sentences, _is_untested(peaks), ALL in peaks, _beyond_limits(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
-    return _TEXT.summary(resonance, between, *told, unit, mode)
+    of_mode = in_words([mode.harmonics]) if mode else ""
+    return _TEXT.summary(resonance, between, *told, unit, mode, of_mode)
 
 
 def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
@@ -256,6 +263,9 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
     limits = [_TEXT.limits(REACHED[STRESS.name] in peaks)] if _has_limits(peaks) else []
+    of_branches = in_words(peaks[SOLVED, "harmonics"])
+    peaks = peaks.drop(columns=[(SOLVED, "harmonics")])
+    peaks = peaks.rename(columns={SOLVED: f"with {of_branches}"}, level=0)
     return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes, *limits])
 
 
@@ -265,8 +275,8 @@ def statement_of(rows: pd.DataFrame) -> str:
     if complete.empty:
         return ""
     peaks = peaks_of_coordinates(complete)
-    in_words = _in_words(peaks, complete["complete"])
-    return _TEXT.peaks(in_words, ALL in peaks, _is_untested(peaks))
+    sentences = _peaks_in_words(peaks, complete["complete"])
+    return _TEXT.peaks(sentences, ALL in peaks, _is_untested(peaks))
 
 
 def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
@@ -294,14 +304,14 @@ def _is_untested(peaks: pd.DataFrame) -> bool:
     return bool(len(bars) and (bars == NOT_TESTED).all())
 
 
-def _in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> str:
+def _peaks_in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> str:
     """The first and the last of some peaks, and between them that with the least response.
 
     ``is_complete`` tells of more rows by their labels whether branches cross their windows.
     """
     if peaks.empty:
         return ""
-    response = peaks[ALL if ALL in peaks else ONE, "response_mm_per_N"]
+    response = peaks[ALL if ALL in peaks else SOLVED, "response_mm_per_N"]
     known = response.reset_index(drop=True).dropna()
     places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
     lacks = _is_untested(peaks)

@@ -7,6 +7,7 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
+from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
@@ -19,7 +20,7 @@ from boltjoint.report.pages.document import (
     render_page,
     table_with_caption,
 )
-from boltjoint.report.pages.headline import ALL, NOT_TESTED, ONE, peaks_of_reference, summary
+from boltjoint.report.pages.headline import ALL, NOT_TESTED, SOLVED, peaks_of_reference, summary
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust, headline_basis
 from boltjoint.study.results import Results
@@ -60,7 +61,7 @@ def overview_page(
     validity = comparison.words("validity") or _TEXT.validity()
     sections = [
         Section("results", "Peaks", _peaks(study, content, accuracies)),
-        Section("joints", "Joints and responses", _pictures(study, content)),
+        Section("joints", "Joints and responses", _pictures(study, content, accuracies)),
         Section("validity", "Validity", validity),
         *comparison.sections(study, all_artefacts),
         Section("machine", "Computer and software", _machine(content)),
@@ -89,7 +90,7 @@ def _answers(
             yield link(f"{name}.html", name), summary(name, case, accuracy.frame, content)
 
 
-def _pictures(study: Study, content: PageContent) -> Markup:
+def _pictures(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
     """A picture of each assembly, and the response of each case in its most trusted basis."""
     assemblies = dict.fromkeys(case.assembly for case in study.cases.values())
     body = joined(content.figures("mesh", assembly=name) for name in assemblies)
@@ -97,7 +98,9 @@ def _pictures(study: Study, content: PageContent) -> Markup:
     for name, case in study.cases.items():
         basis = headline_basis(case)
         title = f"{name}, node to node in {basis}"
-        note = _TEXT.response(link(f"{name}.html", name))
+        accuracy = accuracies[name, basis]
+        harmonics = in_words(() if accuracy is None else accuracy.frame["harmonics"])
+        note = _TEXT.response(link(f"{name}.html", name), harmonics)
         of_case = {"case": name, "basis": basis, "resonance": case.resonances(basis)[0]}
         reference = {"joint": REFERENCE[0], "coordinates": REFERENCE[1]}
         responses += content.figures("response", note, title=title, **of_case, **reference)
@@ -133,7 +136,7 @@ def _peaks_of(
         span = f"peak at {force:g} N" if is_common else f"peak at the {end} force"
         of_force = peaks[peaks["", "force_N"] == force]
         for column in columns:
-            present = [(under, column) for under in (ALL, ONE) if (under, column) in peaks]
+            present = [(under, column) for under in (ALL, SOLVED) if (under, column) in peaks]
             value = of_force[present[0]].iloc[0] if present and len(of_force) else None
             value = None if pd.isna(value) else value
             has_peak = row.get((span, "frequency_Hz")) is not None

@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.harmonics import highest_harmonic
 from boltjoint.names import REFERENCE
 from boltjoint.structure.limits import LIMITS
 
@@ -58,12 +59,13 @@ def upper_branch(
 
 
 def peak_of_level(response: xr.Dataset, level: int) -> dict[str, Any]:
-    """Solutions, completeness and peak of a force level."""
+    """Harmonics, solutions, completeness and peak of a force level."""
     levels = checks.variable("response", response, "force_level", ("force",))
     level = checks.whole("level", level, at_least=0, below=len(levels))
     at = response.isel(force=level)
     force = float(at["force_level"])
     return {
+        "harmonics": int(at.get("response_harmonics", highest_harmonic(response))),
         "solutions": int((response["excitation_force"] == force).sum()),
         "complete": bool(at["complete"]),
         "peak_frequency_Hz": float(at["peak_frequency"]),

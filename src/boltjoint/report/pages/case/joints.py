@@ -7,10 +7,11 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
+from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.report.pages.headline import ALL, ONE, peaks_of_coordinates, statement_of
+from boltjoint.report.pages.headline import ALL, SOLVED, peaks_of_coordinates, statement_of
 from boltjoint.study.tables.html import number
 
 
@@ -115,7 +116,7 @@ def peaks(basis: CaseBasis, resonance: int) -> Markup:
         if ALL in peaks and not parts:
             # the bars stand in the first table of the page
             parts[ALL] = peaks[ALL][["frequency_Hz", "response_mm_per_N"]]
-        parts[Coordinates(coordinates).label] = peaks[ONE]
+        parts[Coordinates(coordinates).label] = peaks[SOLVED].drop(columns="harmonics")
     title = f"Peaks of the node-to-node joint around resonance {resonance} in {basis.name}"
     return table_with_caption(side_by_side(parts), title, [_TEXT.peaks(ALL in parts)])
 
@@ -179,7 +180,7 @@ def _stability(folded: pd.DataFrame, harmonics: int) -> str:
     """Which motions with a number of harmonics are unstable; nothing where it was not found."""
     if not harmonics:
         return ""
-    motions = "motions of one harmonic" if harmonics == 1 else f"motions with {harmonics} harmonics"
+    motions = f"motions with {in_words([harmonics])}"
     multiplier, words = folded["largest_multiplier"], ""
     if not (unstable := folded[multiplier > 1]).empty:
         words += (

@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.settings import Solver
+from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.facts import facts
@@ -24,7 +25,6 @@ from boltjoint.report.pages.content import (
     address_of_sweep,
     capitalize,
     format_residual_in_time,
-    harmonics_in_words,
     largest_errors,
     with_fewest_harmonics,
 )
@@ -273,7 +273,7 @@ def higher_harmonics(basis: CaseBasis) -> tuple[str, Markup]:
 
 def _peaks_by_harmonics(table: StudyTable) -> Markup:
     fewest = with_fewest_harmonics(table.frame)
-    text = _TEXT.harmonic_peaks(harmonics_in_words(fewest), largest_errors(fewest))
+    text = _TEXT.harmonic_peaks(in_words(fewest["harmonics"]), largest_errors(fewest))
     # the error of the basis, the same in all rows, stands with the peaks of the case
     frame = table.frame.drop(columns="basis_amplitude_error_percent", errors="ignore")
     return text + table.html("Peaks by harmonics", groups=["force_N"], frame=frame)
@@ -285,7 +285,8 @@ def _time_integration(table: StudyTable) -> Markup:
     difference = table.frame.set_index("harmonics")["difference_percent"].abs()
     largest = difference.groupby(level=0).max()
     highest, lowest = largest.index.max(), largest.index.min()
-    text = _TEXT.time_integration(highest, f"{largest[highest]:.2g}", f"{largest[lowest]:.3g}")
+    fewest = in_words([lowest]), f"{largest[lowest]:.3g}"
+    text = _TEXT.time_integration(highest, f"{largest[highest]:.2g}", *fewest)
     return text + table.html("First harmonic of the response")
 
 

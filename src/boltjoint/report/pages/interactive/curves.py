@@ -9,6 +9,7 @@ import xarray as xr
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
+from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.pages.document import compressed_json, compressed_plotly, pack, prose
@@ -101,6 +102,7 @@ def _curve(curve: ResponseCurve) -> dict[str, Any]:
         "peak": peak,
         "converged": None if curve.converged is None else [*curve.converged, *bars],
         "unstable": list(_ranges(curve.unstable > 0)),
+        "harmonics": in_words([curve.harmonics]),
         "brokenOff": curve.end if curve.broken_off else None,
         "limit": float(curve.model_limit) * curve.level if np.isfinite(curve.model_limit) else None,
     }

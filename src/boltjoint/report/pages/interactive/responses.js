@@ -24,11 +24,11 @@ function startModels() {
   shown.models = new Set([Math.max(0, reference)]);
 }
 
-// "off by" that a curve of one harmonic has, at its peak
+// harmonics of a curve, and how far its peak is off
 function errorText(curve) {
-  if (!curve.peak || !curve.converged) return "one harmonic, error not tested";
+  if (!curve.peak || !curve.converged) return `${curve.harmonics}, error not tested`;
   const error = 100 * Math.abs(curve.peak[1] / curve.converged[1] - 1);
-  return `one harmonic, at the peak ${numberText(Number(error.toPrecision(2)))} % off`;
+  return `${curve.harmonics}, at the peak ${numberText(Number(error.toPrecision(2)))} % off`;
 }
 
 function barText(bar) {

@@ -208,7 +208,7 @@ function drawView() {
   const isReal = chosen && (look.shape === "peak" || view.shapes[Number(look.shape)].words === "under preload");
   const factor = isReal ? (ENLARGED * space.length * look.enlarge) / chosen.largest : 0;
   at("view-scale").textContent = isReal ? `Largest displacement: ${numberText(chosen.largest)} mm` +
-    `${look.shape === "peak" ? " with one harmonic" : ""}, drawn ${numberText(Number(factor.toPrecision(2)))} times as large.` : "";
+    `${look.shape === "peak" ? ` with ${view.peaks[look.peak].harmonics}` : ""}, drawn ${numberText(Number(factor.toPrecision(2)))} times as large.` : "";
   return Plotly.react("view-plot", [...partTraces(), ...contactTraces()], layout(changes), still);
 }
 
