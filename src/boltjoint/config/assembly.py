@@ -1,6 +1,5 @@
 """Assembly: bars, bolts, mesh, material, excitation and output point."""
 
-import math
 from collections.abc import Mapping
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
@@ -178,10 +177,9 @@ class Assembly(Described):
         return self.contact.gap_um if isinstance(self.contact.gap_um, str) else None
 
     @property
-    def shank(self) -> tuple[float, float]:
-        """Cross-section [m2] and Young's modulus [Pa] of the shanks."""
-        area = math.pi / 4 * (1e-3 * self.bolts.shank_diameter_mm) ** 2
-        return area, 1e9 * self.bolt_material.youngs_modulus_GPa
+    def shank(self) -> tuple[float, float, float | None]:
+        """Cross-section [m2], Young's modulus and yield strength [Pa] of the shanks."""
+        return self.bolts.shank_in(self.material)
 
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:
         """What is wrong with the map of the initial gap; ``gap_maps`` by their files."""

@@ -1,6 +1,5 @@
 """What plates and flanges have in common: two bodies in contact that bolts hold together."""
 
-import math
 from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
@@ -151,10 +150,9 @@ class BoltedBodies(Described):
         return len(self.bolt_positions_mm)
 
     @property
-    def shank(self) -> tuple[float, float]:
-        """Cross-section [m2] and Young's modulus [Pa] of the shanks."""
-        area = math.pi / 4 * (1e-3 * self.bolts.shank_diameter_mm) ** 2
-        return area, 1e9 * self.bolt_material.youngs_modulus_GPa
+    def shank(self) -> tuple[float, float, float | None]:
+        """Cross-section [m2], Young's modulus and yield strength [Pa] of the shanks."""
+        return self.bolts.shank_in(self.material)
 
     @property
     def size(self) -> MeshSize:

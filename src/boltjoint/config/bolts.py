@@ -63,8 +63,9 @@ class Material(EntryWithLaterKeys):
     density_kg_per_m3: Positive
     """Mass density."""
     yield_strength_MPa: Positive | None = None
-    """Yield strength, over which the stress at peaks is told. By default that of steel, where the
-    material is one: 355 MPa, of S355, and 640 MPa of bolts, of class 8.8."""
+    """Yield strength, over which the stress at peaks is told, and beyond which a preload gives a
+    warning. By default that of steel, where the material is one: 355 MPa, of S355, and 640 MPa of
+    bolts, of class 8.8."""
 
 
 class Washer(EntryWithLaterKeys):
@@ -143,6 +144,18 @@ class BoltDimensions(EntryWithLaterKeys):
         return (
             yield_strength(bodies.yield_strength_MPa, bodies.youngs_modulus_GPa),
             yield_strength(own, modulus, CLASS_8_8),
+        )
+
+    def shank_in(self, bodies: Material) -> tuple[float, float, float | None]:
+        """Cross-section [m2], Young's modulus and yield strength [Pa] of a shank.
+
+        The strength is None where it is neither given nor that of steel.
+        """
+        _, strength = self.yield_strengths(bodies)
+        return (
+            math.pi / 4 * (1e-3 * self.shank_diameter_mm) ** 2,
+            1e9 * self.material_in(bodies).youngs_modulus_GPa,
+            None if math.isnan(strength) else strength,
         )
 
     @property

@@ -13,13 +13,15 @@ from boltjoint.structure.model import Bolt
 
 Array = NDArray[np.float64]
 
-#: property class 8.8 of ISO 898-1, 640 MPa, over the Young's modulus of steel, 206 GPa; only a
-#: warning depends on it
+#: property class 8.8 of ISO 898-1, 640 MPa, over the Young's modulus of steel, 206 GPa; only the
+#: warning of bolts of unknown strength depends on it
 YIELD_STRAIN = 640e6 / 206e9
 
 
-def yield_warning(preload: float, area: float, youngs_modulus: float) -> str | None:
-    """A sentence where shanks of uniform tension yield, ``N / (E A) > YIELD_STRAIN``, or None.
+def yield_warning(
+    preload: float, area: float, youngs_modulus: float, strength: float | None = None
+) -> str | None:
+    """A sentence where shanks of uniform tension yield, ``N / A > S``, or None.
 
     Parameters
     ----------
@@ -29,13 +31,17 @@ def yield_warning(preload: float, area: float, youngs_modulus: float) -> str | N
         A, cross-section of the shank [m2].
     youngs_modulus
         E [Pa].
+    strength
+        S, yield strength [Pa]; E times ``YIELD_STRAIN`` by default.
     """
     strain = preload / (youngs_modulus * area)
-    if strain <= YIELD_STRAIN:
+    limit = YIELD_STRAIN if strength is None else strength / youngs_modulus
+    if strain <= limit:
         return None
+    of = "steel bolts of class 8.8" if strength is None else f"bolts of {1e-6 * strength:g} MPa"
     return (
         f"a preload of {preload:g} N strains the shanks by {strain:.2%}, more than the "
-        f"{YIELD_STRAIN:.2%} at which steel bolts of class 8.8 yield; the model stays elastic"
+        f"{limit:.2%} at which {of} yield; the model stays elastic"
     )
 
 

@@ -46,8 +46,9 @@ class Bolt:
         a dead load, which needs none.
     axis, position
         Direction, and a point on it [m], in x, y, z; None where not known.
-    section, youngs_modulus
-        Cross-section [m2] and Young's modulus [Pa] of the shank; None where not known.
+    section, youngs_modulus, yield_strength
+        Cross-section [m2], Young's modulus and yield strength [Pa] of the shank; None where not
+        known.
     hole_clearance
         Diameter of the hole less that of the shank [m]; None where not known.
     """
@@ -59,6 +60,7 @@ class Bolt:
     position: Array | None = None
     section: float | None = None
     youngs_modulus: float | None = None
+    yield_strength: float | None = None
     hole_clearance: float | None = None
 
     def __post_init__(self) -> None:

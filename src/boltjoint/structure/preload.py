@@ -217,14 +217,13 @@ def _variables(
 def _warn_of_yield(structure: Structure, tension: Array) -> None:
     """Tell which bolt the preload strains most, where that is beyond yield."""
     shanks = [
-        (load / (bolt.section * bolt.youngs_modulus), load, bolt.section, bolt.youngs_modulus)
+        (float(load), bolt.section, bolt.youngs_modulus, bolt.yield_strength)
         for load, bolt in zip(tension, structure.bolts, strict=True)
         if bolt.section is not None and bolt.youngs_modulus is not None
     ]
-    if shanks:
-        _, of_bolt, section, modulus = max(shanks, key=lambda shank: shank[0])
-        if sentence := yield_warning(of_bolt, section, modulus):
-            logger.warning(sentence)
+    beyond = [shank for shank in shanks if yield_warning(*shank)]
+    if beyond:
+        logger.warning(yield_warning(*max(beyond, key=lambda shank: shank[0] / shank[1])))
 
 
 def _part_of(structure: Structure, force: Array) -> Subspace:

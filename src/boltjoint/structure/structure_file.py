@@ -226,8 +226,12 @@ def _of_bolts(structure: Structure) -> dict[str, xr.Variable]:
         "bolt_position": quantity(axes, each("position", nowhere), "m", "point on the axis"),
         "bolt_section": quantity("bolt", each("section", np.nan), "m2", "of the shank"),
         "bolt_modulus": quantity("bolt", each("youngs_modulus", np.nan), "Pa", "of the shank"),
+        "bolt_strength": quantity("bolt", each("yield_strength", np.nan), "Pa", "of the shank"),
         "bolt_clearance": quantity("bolt", each("hole_clearance", np.nan), "m", "in its hole"),
     }
+
+
+_OF_SHANK = ("section", "modulus", "strength", "clearance")
 
 
 def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
@@ -240,8 +244,8 @@ def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
     bolts = []
     for place, name in enumerate(stored["bolt_name"].to_numpy()):
         locked = int(stored["bolt_locked"].to_numpy()[place])
-        numbers = [known(key, place) for key in ("section", "modulus", "clearance")]
-        section, modulus, clearance = (None if x is None else float(x) for x in numbers)
+        numbers = [known(key, place) for key in _OF_SHANK]
+        section, modulus, strength, clearance = (None if x is None else float(x) for x in numbers)
         bolts.append(
             Bolt(
                 name=str(name),
@@ -251,6 +255,7 @@ def _bolts(stored: xr.Dataset) -> tuple[Bolt, ...]:
                 position=known("position", place),
                 section=section,
                 youngs_modulus=modulus,
+                yield_strength=strength,
                 hole_clearance=clearance,
             )
         )

@@ -232,6 +232,17 @@ def test_strain_of_the_shanks_is_told_by_their_own_modulus(caplog):
         assert f"strains the shanks by {3 * 0.39 * 70 / 206:.2f}%" in caplog.text
 
 
+def test_bolts_yield_by_a_strength_of_their_own(caplog):
+    stronger = build_assembly(bolted({"material": {**STEEL, "yield_strength_MPa": 940}}))
+    (bolt, *_) = structure_of(stronger).bolts
+    with caplog.at_level(logging.WARNING):
+        # 640 MPa, the strength of class 8.8, is exceeded, then that of class 10.9
+        apply_preload(stronger, 700e6 * bolt.section)
+        assert not caplog.text
+        apply_preload(stronger, 950e6 * bolt.section)
+    assert f"more than the {940 / 206e3:.2%} at which bolts of 940 MPa yield" in caplog.text
+
+
 def test_views_have_washers_as_parts(tmp_path):
     built = build_assembly(bolted({"washer": WIDE}))
     write_preload(built, apply_preload(built, 8e3), tmp_path / "preload.vtu")

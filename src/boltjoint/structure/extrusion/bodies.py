@@ -266,7 +266,7 @@ def _contact(described: "BoltedBodies", mesh: BoltedMesh, T: sparse.csc_array) -
 def _bolts(described: "BoltedBodies", mesh: BoltedMesh, size: int) -> tuple[Bolt, ...]:
     """The bolts, whose shortening are the last degrees of freedom."""
     first = size - len(mesh.bolt_position)
-    section, modulus = described.shank
+    section, modulus, strength = described.shank
     return tuple(
         Bolt(
             name=f"bolt {number + 1}",
@@ -276,6 +276,7 @@ def _bolts(described: "BoltedBodies", mesh: BoltedMesh, size: int) -> tuple[Bolt
             position=position,
             section=section,
             youngs_modulus=modulus,
+            yield_strength=strength,
             hole_clearance=_MM * described.bolts.hole_clearance_mm,
         )
         for number, position in enumerate(mesh.bolt_position)

@@ -1,5 +1,6 @@
 """Washers and materials of assemblies with bolts, as pages state them."""
 
+import math
 from typing import Protocol
 
 from boltjoint.config.bolts import MATERIAL_WORDS, BoltDimensions, Material
@@ -48,7 +49,7 @@ def _washers(bolts: BoltDimensions) -> dict[str, Fact]:
 
 
 def facts_of_materials(assembly: HasMaterials) -> dict[str, Fact]:
-    """Material of the bodies, and of bolts and washers where it is another."""
+    """Material of the bodies, and of bolts and washers where it is another; strengths."""
     others = {"of the bolts": assembly.bolt_material}
     if assembly.bolts.washer is not None:
         others["of the washers"] = assembly.washer_material
@@ -61,4 +62,8 @@ def facts_of_materials(assembly: HasMaterials) -> dict[str, Fact]:
                 quantity, _, unit = words.partition(" (")
                 label = f"{quantity} {part}" + (f" ({unit}" if unit else "")
                 rows[label] = getattr(material, key)
+    strengths = assembly.bolts.yield_strengths(assembly.material)
+    for part, strength in zip(("bodies", "bolts"), strengths, strict=True):
+        if not math.isnan(strength):
+            rows[f"yield strength of the {part} (MPa)"] = 1e-6 * strength
     return rows

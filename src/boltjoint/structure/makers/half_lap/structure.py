@@ -205,6 +205,7 @@ def _bolts(assembly: xr.Dataset, dofs: int) -> tuple[Bolt, ...]:
                 position=at,
                 section=_shank_area(assembly, number),
                 youngs_modulus=_shank_modulus(assembly, number),
+                yield_strength=_shank_strength(assembly, number),
                 hole_clearance=clearance,
             )
         )
@@ -230,6 +231,14 @@ def _shank_modulus(assembly: xr.Dataset, bolt: int) -> float:
     connectivity = assembly["connectivity"].transpose("element", "corner").to_numpy()
     element = np.flatnonzero(in_section[connectivity].any(axis=1))
     return float(element_materials(assembly).youngs_modulus[element[0]])
+
+
+def _shank_strength(assembly: xr.Dataset, bolt: int) -> float | None:
+    """Yield strength of a shank [Pa]; None where it is not known."""
+    if "part_yield_strength" not in assembly:
+        return None
+    strength = float(assembly["part_yield_strength"][FIRST_BOLT + bolt])
+    return None if np.isnan(strength) else strength
 
 
 def _row(assembly: xr.Dataset, point: str, T: sparse.csc_array) -> Row:
