@@ -65,6 +65,20 @@ def test_a_page_says_what_harmonics_its_peaks_have(keys, words):
     assert words in words_of(sweep_page("swept", sweep, content_of("grid", 64)))
 
 
+@pytest.mark.parametrize("kind", ["grid", "sobol"])
+def test_designs_beyond_the_model_are_counted(kind):
+    content = content_of(kind, 64)
+    reached = 0.3 * content["peak_amplitude"] / content["peak_amplitude"].max()
+    content = content.assign(
+        peak_displacement_over_length=reached, peak_stress_over_strength=reached
+    )
+    words = words_of(sweep_page("swept", sweep_of(kind), content))
+    beyond = int((reached.max("force") > 0.1).sum())
+    assert 0 < beyond < content["reason"].size
+    told = f"Peaks of {beyond} designs are beyond the model : the structure moves by 30 %"
+    assert words.count("beyond the model") == 1 and told in words
+
+
 def test_equal_sweeps_have_equal_pages():
     assert page_of("saltelli") == page_of("saltelli")
 

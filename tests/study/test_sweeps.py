@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from small_joint import connect_small
 
 from boltjoint import backbone_at
@@ -11,9 +12,11 @@ from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
+from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
+from boltjoint.dynamics.response.model_limits import ModelLimits, add_limits
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.io import ImpossibleJoint
@@ -21,6 +24,7 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
+from boltjoint.structure.limits import DISPLACEMENT, LIMITS, STRESS
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.sweeps import check_designs, error_of_sweep, gather_sweep, solve_designs
 from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
@@ -143,6 +147,32 @@ def test_converged_peaks_of_designs_are_those_of_their_responses():
             # errors are changes of 1e-3 and less, of solutions to 1e-6
             rtol = 1e-3 if "error" in name else 1e-6
             np.testing.assert_allclose(solved[name][row], alone[name], rtol=rtol, atol=1e-6)
+
+
+def test_limits_of_the_model_are_told_of_designs_as_of_responses():
+    content = base("constant", forces_N=(0.1, 30.0))
+    designs = list_designs({"loss_factor": (0.002, 0.01)}, Grid(kind="grid"), content)
+    (nodes, *_) = joints(Case.model_validate(content))
+    modes = np.random.default_rng(0).normal(size=(4, 3, nodes.natural_frequency.size))
+    stored = xr.Dataset(
+        {
+            DISPLACEMENT.modes: (("place", "component", "mode"), modes),
+            DISPLACEMENT.limit: 0.4,
+        }
+    )
+    swept = SweptJoint(content, [nodes], limits=ModelLimits.of(stored))
+    for converged in (False, True):
+        solved = solve_designs([swept], designs, range(2), converged=converged)
+        for row, loss_factor in enumerate((0.002, 0.01)):
+            alone = solve_response(nodes, (0.1, 30.0), damping=loss_factor)
+            if converged:
+                alone = add_converged_peaks(alone, converge_peaks(nodes, alone))
+            alone = add_limits(alone, stored)
+            name = f"peak_{DISPLACEMENT.name}"
+            np.testing.assert_allclose(solved[name][row], alone[name], rtol=1e-6)
+        assert solved[f"peak_{STRESS.name}"].isnull().all()
+    unknown = solve_designs([SweptJoint(content, [nodes])], designs, range(2))
+    assert not any(name in unknown for name in (f"peak_{limit.name}" for limit in LIMITS))
 
 
 def test_peaks_of_designs_have_no_more_harmonics_than_a_sweep_asks_for():

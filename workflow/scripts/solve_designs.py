@@ -5,7 +5,8 @@ from collections.abc import Mapping
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.joint.io import ImpossibleJoint, load_joint
+from boltjoint.dynamics.response.model_limits import ModelLimits
+from boltjoint.joint.io import ImpossibleJoint, joint_from_dataset
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import SweptJoint
@@ -18,13 +19,15 @@ harmonics = HarmonicConvergence(**params.harmonics).up_to(params.highest)
 
 def variant(values: Mapping[str, float], number: int) -> SweptJoint | ImpossibleJoint:
     """The joints of a variant, or why they are impossible."""
-    joints = [next(files) for _ in range(number)]
+    stored = [dataset.load(next(files)) for _ in range(number)]
     try:
-        joints = [load_joint(file) for file in joints]
+        joints = [joint_from_dataset(joint) for joint in stored]
     except ImpossibleJoint as error:
         return error
-    case = with_values(params.case, values)
-    return SweptJoint(case, joints, params.sampling, StepControl(**params.steps), harmonics)
+    case, control = with_values(params.case, values), StepControl(**params.steps)
+    # of the node-to-node joint: all of them have its modes
+    limits = ModelLimits.of(stored[0])
+    return SweptJoint(case, joints, params.sampling, control, harmonics, limits)
 
 
 variants = [variant(each["values"], each["joints"]) for each in params.variants]

@@ -15,6 +15,7 @@ from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.response.converged_peak import ConvergedPeak
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
+from boltjoint.structure.limits import LIMITS
 from boltjoint.study.designs import varied
 
 if TYPE_CHECKING:
@@ -239,6 +240,7 @@ class ObservedDesigns:
         elements: int | None,
         *,
         converged: bool = False,
+        limits: bool = False,
     ) -> None:
         self.peak = np.full((designs, levels, 2), np.nan)
         self.complete = np.zeros((designs, levels), dtype=np.int8)
@@ -247,6 +249,7 @@ class ObservedDesigns:
         self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
         self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
         self.converged = np.full((designs, levels, 5), np.nan) if converged else None
+        self.limits = np.full((designs, levels, len(LIMITS)), np.nan) if limits else None
         self.state: NDArray[np.int8] | None = None
         if elements is not None:
             shape = designs, levels, elements
@@ -275,6 +278,20 @@ class ObservedDesigns:
             raise ValueError("the peaks with all harmonics are not observed")
         self.converged[place] = [(*peak.values, *peak.truncation_error) for peak in peaks]
 
+    def add_limits(self, place: int, shares: Array) -> None:
+        """Keep how much of the limits of the model the peaks of a design reach, (levels, limits).
+
+        These are shares of its own peaks: those with all harmonics reach more or less, as their
+        amplitude is.
+        """
+        if self.limits is None:
+            return
+        scale = np.ones(len(shares))
+        if self.converged is not None:
+            ratio = self.converged[place, :, 1] / self.peak[place, :, 1]
+            scale = np.where(np.isfinite(ratio), ratio, 1.0)
+        self.limits[place] = scale[:, None] * shares
+
     def dataset(self) -> xr.Dataset:
         """All of it, by design and force."""
         along = "design", "force"
@@ -288,6 +305,9 @@ class ObservedDesigns:
         if self.converged is not None:
             for place, (name, unit, meaning) in enumerate(_CONVERGED):
                 rows.append((name, along, self.converged[..., place], unit, meaning))
+        if self.limits is not None:
+            for limit, reached in zip(LIMITS, np.moveaxis(self.limits, -1, 0), strict=True):
+                rows.append((f"peak_{limit.name}", along, reached, "1", limit.meaning))
         if self.grid is not None:
             meaning = "first-harmonic amplitude of the output point"
             rows.append(("frequency", "frequency", self.grid, "Hz", "excitation frequency"))

@@ -26,12 +26,14 @@ from boltjoint.dynamics.response.converged_peaks import find_converged_peak
 from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.methods import Problem
+from boltjoint.dynamics.response.model_limits import ModelLimits
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
 from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
+from boltjoint.structure.limits import LIMITS
 
 if TYPE_CHECKING:
     from boltjoint.dynamics.response.branch import Branch
@@ -182,6 +184,12 @@ def _rescaled(of_keys: Mapping[str, Value]) -> dict[str, Value]:
 Array = NDArray[np.float64]
 
 
+def _motion_at(branch: "Branch", place: int, joint: Joint) -> PeriodicMotion:
+    """The motion of a solution of a branch."""
+    components = Components(joint.law.components)
+    return PeriodicMotion(components, components.rows(branch.modal_coordinate[place]))
+
+
 @dataclass(frozen=True)
 class SweptJoint:
     """The joint of a sweep, as each design has it.
@@ -199,6 +207,8 @@ class SweptJoint:
         Tolerance and step lengths; the defaults if None.
     harmonics
         Numbers of harmonics and tolerances of converged peaks.
+    limits
+        Limits of the model that the joint knows.
     """
 
     case: Mapping[str, Any]
@@ -206,6 +216,7 @@ class SweptJoint:
     sampling: Mapping[str, int] | None = None
     control: StepControl | None = None
     harmonics: HarmonicConvergence = HarmonicConvergence()
+    limits: ModelLimits = ModelLimits()
 
     @cached_property
     def base(self) -> Case:
@@ -252,11 +263,20 @@ class SweptJoint:
             if branch.peak is None:
                 peaks.append(ConvergedPeak())
                 continue
-            components = Components(joint.law.components)
-            amplitude = components.rows(branch.modal_coordinate[branch.peak])
-            at = float(branch.frequency[branch.peak]), PeriodicMotion(components, amplitude)
+            at = float(branch.frequency[branch.peak]), _motion_at(branch, branch.peak, joint)
             peaks.append(find_converged_peak(joint, *at, branch.force, damping, self.harmonics))
         return peaks
+
+    def reached(self, joint: Joint, branches: Sequence["Branch"]) -> Array:
+        """Share of each of ``LIMITS`` that is reached at the peaks of a design, (levels, limits).
+
+        Not a number without a peak, and of limits that are not known.
+        """
+        shares = np.full((len(branches), len(LIMITS)), np.nan)
+        for own, branch in zip(shares, branches, strict=True):
+            if branch.peak is not None:
+                own[:] = self.limits.reached(_motion_at(branch, branch.peak, joint))
+        return shares
 
     def backbone(self, values: Mapping[str, float], amplitudes: Array) -> tuple[Array, Array]:
         """Natural frequency [Hz] and damping ratio of a design at amplitudes [m]."""

@@ -149,6 +149,7 @@ def _observe(
         observed.add(place, joint, branches)
         if converged:
             observed.add_converged(place, variant.converge(values, joint, branches))
+        observed.add_limits(place, variant.reached(joint, branches))
         if amplitudes is not None:
             observed.backbone[place] = np.transpose(variant.backbone(values, amplitudes))
     except IMPOSSIBLE as error:
@@ -224,7 +225,9 @@ def solve_designs(
     levels = 1 if "force_level" in designs else len(joints[0].base.levels)
     elements = max(joint.elements for joint in joints)
     observed = ObservedDesigns(
-        len(chunk), levels, grid, sizes, elements if states else None, converged=converged
+        *(len(chunk), levels, grid, sizes, elements if states else None),
+        converged=converged,
+        limits=any(joint.limits.known for joint in joints),
     )
 
     def solve(place: int, row: int) -> None:

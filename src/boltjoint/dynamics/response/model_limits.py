@@ -1,6 +1,8 @@
 """How much of the limits of its model a structure reaches at peaks (``structure.limits``)."""
 
 import logging
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import xarray as xr
@@ -13,6 +15,42 @@ from boltjoint.structure.limits import LIMITS, Limit
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ModelLimits:
+    """The limits of a model that a joint knows.
+
+    Parameters
+    ----------
+    known
+        These limits.
+    modes, allowed
+        Of each the modes at the places that decide, (place, component, mode), and what is allowed
+        at all or each of them.
+    """
+
+    known: tuple[Limit, ...] = ()
+    modes: tuple[Array, ...] = ()
+    allowed: tuple[Array, ...] = ()
+
+    @classmethod
+    def of(cls, joint: xr.Dataset) -> Self:
+        """Those that ``joint.nc`` has (``structure.limits``)."""
+        known = tuple(limit for limit in LIMITS if limit.modes in joint)
+        modes = (joint[limit.modes].transpose(..., "mode").to_numpy() for limit in known)
+        return cls(known, tuple(modes), tuple(joint[limit.limit].to_numpy() for limit in known))
+
+    def reached(self, motion: PeriodicMotion) -> Array:
+        """Largest share of each of ``LIMITS`` in the first harmonic of a motion.
+
+        Not a number of those that are not known.
+        """
+        shares = np.full(len(LIMITS), np.nan)
+        sine, cosine = motion.in_components(("sin", "cos"))
+        for limit, modes, allowed in zip(self.known, self.modes, self.allowed, strict=True):
+            shares[LIMITS.index(limit)] = np.max(_largest(modes @ sine, modes @ cosine) / allowed)
+        return shares
 
 
 def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
@@ -36,10 +74,10 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
         ``peak_stress_over_strength`` (force), not a number without a peak; without those whose
         limit the joint does not know. A warning tells the largest beyond each limit.
     """
-    known = [limit for limit in LIMITS if limit.modes in joint]
-    if not known:
+    limits = ModelLimits.of(joint)
+    if not limits.known:
         return response
-    shares = np.full((response.sizes["force"], len(known)), np.nan)
+    shares = np.full((response.sizes["force"], len(LIMITS)), np.nan)
     for place, force in enumerate(response["force_level"].to_numpy()):
         at = response.isel(force=place)
         at_peak = motion_at_peak(response, force) if np.isfinite(at["peak_amplitude"]) else None
@@ -47,22 +85,16 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
             continue
         scale = float(at.get("peak_amplitude_converged", np.nan) / at["peak_amplitude"])
         scale = scale if np.isfinite(scale) else 1.0
-        shares[place] = [scale * _reached(limit, joint, at_peak[1]) for limit in known]
-    for limit, reached in zip(known, shares.T, strict=True):
+        shares[place] = scale * limits.reached(at_peak[1])
+    of_known = {limit: shares[:, LIMITS.index(limit)] for limit in limits.known}
+    for limit, reached in of_known.items():
         _warn(limit, reached, response["force_level"].to_numpy())
     return response.assign(
         {
             f"peak_{limit.name}": quantity("force", reached, "1", limit.meaning)
-            for limit, reached in zip(known, shares.T, strict=True)
+            for limit, reached in of_known.items()
         }
     )
-
-
-def _reached(limit: Limit, joint: xr.Dataset, motion: PeriodicMotion) -> float:
-    """Largest share of a limit in the first harmonic of a motion."""
-    modes = joint[limit.modes].transpose(..., "mode").to_numpy()
-    sine, cosine = motion.in_components(("sin", "cos"))
-    return float(np.max(_largest(modes @ sine, modes @ cosine) / joint[limit.limit].to_numpy()))
 
 
 def _warn(limit: Limit, reached: Array, forces: Array) -> None:

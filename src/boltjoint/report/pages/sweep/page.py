@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from boltjoint.config.sweep import Sweep
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
+from boltjoint.structure.limits import LIMITS
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 from boltjoint.study.sweeps import error_of_sweep, peak_variable
@@ -333,12 +334,26 @@ def sweep_page(
         sweep=data,
         designs=content["reason"].size,
         distributed=drawn_designs(content),
+        beyond=_beyond_limits(content),
         failed=int((content["reason"] != "").sum()),
         failures=html_table(failures) if len(failures) else None,
         plotly=Markup(get_plotlyjs()),
         # nothing in it ends the script that holds it
         data=Markup(text.replace("<", "\\u003c")),
     )
+
+
+def _beyond_limits(sweep: xr.Dataset) -> list[tuple[int, str]]:
+    """How many designs have a peak beyond a limit of the model, and what the largest means."""
+    beyond = []
+    for limit in LIMITS:
+        if (name := f"peak_{limit.name}") not in sweep:
+            continue
+        reached = sweep[name].max([dim for dim in sweep[name].dims if dim == "force"])
+        if count := int((reached > limit.tolerated).sum()):
+            largest = 100 * float(reached.max()), 100 * limit.tolerated
+            beyond.append((count, limit.problem % largest))
+    return beyond
 
 
 def indices_of(name: str, sweep: Sweep, results: Results, reported: bool) -> pd.DataFrame | None:
