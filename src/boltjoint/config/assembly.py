@@ -9,6 +9,7 @@ from pydantic import Field
 from boltjoint.config.bolts import (
     Bolts,
     Material,
+    Shank,
     TighteningContact,
     layers_of_washer,
     rings_of_rim,
@@ -177,8 +178,8 @@ class Assembly(Described):
         return self.contact.gap_um if isinstance(self.contact.gap_um, str) else None
 
     @property
-    def shank(self) -> tuple[float, float, float | None]:
-        """Cross-section [m2], Young's modulus and yield strength [Pa] of the shanks."""
+    def shank(self) -> Shank:
+        """The shank of each bolt."""
         return self.bolts.shank_in(self.material)
 
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:

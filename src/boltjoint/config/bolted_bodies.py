@@ -10,6 +10,7 @@ from boltjoint.config.bolts import (
     BoltDimensions,
     BoltSize,
     Material,
+    Shank,
     TighteningContact,
     bolt_size,
     layers_of_washer,
@@ -150,8 +151,8 @@ class BoltedBodies(Described):
         return len(self.bolt_positions_mm)
 
     @property
-    def shank(self) -> tuple[float, float, float | None]:
-        """Cross-section [m2], Young's modulus and yield strength [Pa] of the shanks."""
+    def shank(self) -> Shank:
+        """The shank of each bolt."""
         return self.bolts.shank_in(self.material)
 
     @property

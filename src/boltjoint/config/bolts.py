@@ -87,6 +87,17 @@ class Washer(EntryWithLaterKeys):
     """Linear elastic material of the washers; by default that of the bolts."""
 
 
+class Shank(NamedTuple):
+    """Cross-section [m2], Young's modulus and yield strength [Pa] of a shank.
+
+    The strength is None where it is neither given nor that of steel.
+    """
+
+    section: float
+    youngs_modulus: float
+    yield_strength: float | None = None
+
+
 class BoltDimensions(EntryWithLaterKeys):
     """Dimensions of equal bolts."""
 
@@ -146,13 +157,10 @@ class BoltDimensions(EntryWithLaterKeys):
             yield_strength(own, modulus, CLASS_8_8),
         )
 
-    def shank_in(self, bodies: Material) -> tuple[float, float, float | None]:
-        """Cross-section [m2], Young's modulus and yield strength [Pa] of a shank.
-
-        The strength is None where it is neither given nor that of steel.
-        """
+    def shank_in(self, bodies: Material) -> Shank:
+        """The shank of each bolt."""
         _, strength = self.yield_strengths(bodies)
-        return (
+        return Shank(
             math.pi / 4 * (1e-3 * self.shank_diameter_mm) ** 2,
             1e9 * self.material_in(bodies).youngs_modulus_GPa,
             None if math.isnan(strength) else strength,

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
-from boltjoint.config.bolts import bolt_size
+from boltjoint.config.bolts import Shank, bolt_size
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Point
 from boltjoint.config.types import Positive, Problems
@@ -245,8 +245,8 @@ class Described(Entry):
         return None
 
     @property
-    def shank(self) -> tuple[float, float] | None:
-        """Cross-section [m2] and Young's modulus [Pa] of the shanks; None where not known."""
+    def shank(self) -> Shank | None:
+        """The shank of each bolt; None where not known."""
         return None
 
     def conflicts_of_gap(self, gap_maps: "Mapping[str, GapMap]") -> Problems:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
+from boltjoint.config.bolts import Shank
 from boltjoint.config.described import Described, MeshSize
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Direction, Point, Vector
@@ -222,10 +223,10 @@ class Matrices(Described):
         return self._ratios
 
     @property
-    def shank(self) -> tuple[float, float] | None:
-        """Cross-section [m2] and Young's modulus [Pa] of the thinnest shank that is known."""
+    def shank(self) -> Shank | None:
+        """The thinnest shank that is known."""
         values = (
-            (pi / 4 * (1e-3 * bolt.shank_diameter_mm) ** 2, 1e9 * bolt.youngs_modulus_GPa)
+            Shank(pi / 4 * (1e-3 * bolt.shank_diameter_mm) ** 2, 1e9 * bolt.youngs_modulus_GPa)
             for bolt in self.bolts
             if bolt.shank_diameter_mm is not None and bolt.youngs_modulus_GPa is not None
         )
