@@ -7,6 +7,7 @@ import modal_files
 import numpy as np
 import pytest
 import yaml
+from deck_of_assembly import deck_of
 from matrix_files import exported, keys, write_npz
 from small_study import ASSEMBLY, CASE, COMMAND, ROOT, SETTINGS, mesh_of, run, snakemake, write
 from started import run_snakemake
@@ -88,6 +89,49 @@ def test_matrices_give_what_the_mesh_does_that_they_are_from(of_matrices, finish
     other["M"] = 1.01 * other["M"]
     write_npz(of_matrices / "config/matrices/joint.npz", other)
     assert "build_assembly" in run(of_matrices, "--dry-run")
+
+
+def test_a_deck_gives_what_the_mesh_does_that_it_is_of(tmp_path, finished):
+    folder = tmp_path / "study"
+    mesh, deck = mesh_of(ASSEMBLY), folder / "config/joint.inp"
+    deck.parent.mkdir(parents=True)
+    deck.write_text(deck_of(mesh, 10e3))
+    lap = {"name": "lap", "surfaces": ["lap_a", "lap_b"], "points": "nodes"}
+    described = {
+        "type": "deck",
+        "file": "config/joint.inp",
+        "units": {"length": "mm", "mass": "t"},
+        "elements": [{"kind": "C3D8R", "read_as": "C3D8I"}],
+        "contact": [lap],
+        "points": [{"name": "tip", "near_mm": [182, 0, 10], "direction": "z"}],
+    }
+    write(folder / "config/assemblies/two_bolt.yaml", described)
+    tip = {"kind": "inputs", "inputs": [{"name": "tip"}]}
+    solved = {"excitation": tip, "solve": [{"resonance": 1, "joints": JOINTS[:1]}]}
+    write(folder / "config/cases/small.yaml", {**CASE, **OF_CASE, **solved})
+    used = {"omit": ["timing"], "convergence": {}}
+    write(folder / "config/config.yaml", {**SETTINGS, **used})
+    for name in ("workflow", "Snakefile"):
+        (folder / name).symlink_to(ROOT / name)
+    assert "small (free-2): Resonance 1 lies at " in run(folder)
+    mine, of_mesh = (
+        dataset.load(each / LINEAR.format(joint=JOINTS[0])) for each in (folder, finished)
+    )
+    for name in ("peak_frequency", "peak_amplitude", "peak_amplitude_converged"):
+        np.testing.assert_allclose(mine[name], of_mesh[name], rtol=1e-6, err_msg=name)
+    # stresses and displacements of its nodes are known, holes are not
+    for name in ("peak_displacement_over_length", "peak_stress_over_strength"):
+        np.testing.assert_allclose(mine[name], of_mesh[name], rtol=1e-3, err_msg=name)
+    assert "peak_slip_over_clearance" not in mine
+    page = (folder / "results/report/structure.html").read_text(encoding="utf-8")
+    assert "section of 41 nodes" in page
+    figures = {path.name for path in (folder / "results/figures").iterdir()}
+    pictures = ("solids_two_bolt.svg", "solid_modes_two_bolt_free-2.svg")
+    assert {*pictures, "contact_two_bolt_preload=10000.svg"} <= figures
+    assert "Nothing to be done" in run(folder, "--dry-run")
+    # the content of a deck counts, whatever its date
+    deck.write_text(deck.read_text() + "** a word\n")
+    assert "build_assembly" in run(folder, "--dry-run")
 
 
 def test_modal_data_give_what_the_mesh_does_that_they_are_from(tmp_path, finished):

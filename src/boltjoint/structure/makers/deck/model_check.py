@@ -158,7 +158,7 @@ def _left_out(assembled: Assembled) -> str:
     if later := sum(boundary.step > 0 for boundary in deck.boundaries):
         told.append(f"{later} lines of *BOUNDARY in steps")
     if deck.steps:
-        told.append(f"{deck.steps} steps")
+        told.append("1 step" if deck.steps == 1 else f"{deck.steps} steps")
     return ", ".join(told) or "nothing"
 
 
