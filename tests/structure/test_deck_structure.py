@@ -258,7 +258,7 @@ def test_a_model_is_looked_at_before_anything_is_solved(described):
     assert facts["share of the surfaces that meets"].endswith(
         "TOP OF LOWER 100%, BOTTOM OF UPPER 100%"
     )
-    left_out = "*EXPANSION (1, first at joint.inp, line 57), 1 lines of *BOUNDARY in steps, 1 steps"
+    left_out = "*EXPANSION (1, first at joint.inp, line 57), 1 line of *BOUNDARY in steps, 1 step"
     assert facts["not used of the deck"] == left_out
     assert doubts == [
         "material STEEL: Young's modulus 0.00021 GPa is unusual: is it in MPa?",

@@ -155,10 +155,10 @@ def _left_out(assembled: Assembled) -> str:
     ]
     if more := len(deck.unused) - len(told):
         told.append(f"{more} more keywords")
-    if later := sum(boundary.step > 0 for boundary in deck.boundaries):
-        told.append(f"{later} lines of *BOUNDARY in steps")
-    if deck.steps:
-        told.append("1 step" if deck.steps == 1 else f"{deck.steps} steps")
+    of_steps = sum(boundary.step > 0 for boundary in deck.boundaries)
+    for count, words in ((of_steps, "line{} of *BOUNDARY in steps"), (deck.steps, "step{}")):
+        if count:
+            told.append(f"{count} {words.format('' if count == 1 else 's')}")
     return ", ".join(told) or "nothing"
 
 
