@@ -53,7 +53,7 @@ def test_outer_faces_close_the_bodies_and_look_outward(bodies):
 def test_bodies_are_drawn_with_their_contact_points(bodies):
     figure = plot_solids(bodies)
     above, below = figure.axes
-    assert above.get_title() == "2 bodies"
+    assert above.get_title() == "bodies"
     labels = [text.get_text() for text in below.get_legend().get_texts()]
     assert labels == ["lap: 1 points", "head: 1 points"]
     polygons = above.collections[0].get_paths()

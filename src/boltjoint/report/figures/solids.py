@@ -59,7 +59,7 @@ def plot_solids(assembly: xr.Dataset) -> Figure:
     order = seen[np.argsort(depth[seen])]
     polygons = flat[face[order], :2]
     _draw(above, polygons, colours[order] * shade[order, None])
-    above.set_title(f"{len(np.unique(body))} bodies")
+    above.set_title("bodies")
     pale = 1 - 0.25 * (1 - colours[order] * shade[order, None])
     _draw(below, polygons, pale)
     names = assembly["surface"].to_numpy().astype(str)

@@ -81,7 +81,7 @@ def _of_constraints(assembled: Assembled) -> dict[str, str]:
     motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
     free = constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
     ties = [
-        f"{tie.name}: {len(tie.node)} nodes, up to {_MM * tie.distance:.3g} mm"
+        f"{tie.name}: {len(tie.node)} nodes, up to {round(_MM * tie.distance, 9):.3g} mm"
         for tie in assembled.ties
     ]
     return {
