@@ -5,6 +5,7 @@ A motion is ``bias + sum over h of sin_h sin(h w t) + cos_h cos(h w t)``. Its co
 order of ``Components``.
 """
 
+import math
 from collections.abc import Iterable
 from functools import cached_property
 from typing import NamedTuple, Self
@@ -121,13 +122,22 @@ def highest_harmonic(motions: xr.Dataset) -> int:
     return Components((SIN, COS, *further)).highest
 
 
-def in_words(highest: Iterable[float]) -> str:
-    """The number of harmonics of some motions.
+def harmonics_of_level(response: xr.Dataset, level: int) -> int:
+    """The highest harmonic of the solutions at a level, counted from 0, of ``response.nc``."""
+    if "response_harmonics" in response:
+        return int(response["response_harmonics"][level])
+    return highest_harmonic(response)
 
-    >>> in_words([1, 1]), in_words([3]), in_words([9, 3])
-    ('one harmonic', '3 harmonics', '3 to 9 harmonics')
+
+def in_words(highest: Iterable[float]) -> str:
+    """The number of harmonics of some motions; empty where it is known of none.
+
+    >>> in_words([1, math.nan]), in_words([3]), in_words([9, 3]), in_words([])
+    ('one harmonic', '3 harmonics', '3 to 9 harmonics', '')
     """
-    numbers = [round(number) for number in highest] or [1]
+    numbers = [round(number) for number in highest if not math.isnan(number)]
+    if not numbers:
+        return ""
     fewest, most = min(numbers), max(numbers)
     if fewest < most:
         return f"{fewest} to {most} harmonics"

@@ -177,7 +177,7 @@ def artefacts(tmp_path, monkeypatch):
     folded = (solved["joint"] == "regions=6") & (solved["force_N"] == 50)
     accuracy = solved.assign(
         complete=~broken,
-        harmonics=1,
+        response_harmonics=1,
         peak_frequency_Hz=np.where(broken, np.nan, 70.61234),
         peak_mm_per_N=1.5,
         peak_frequency_error_percent=np.where(broken, np.nan, -1.25),

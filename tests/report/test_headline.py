@@ -1,23 +1,31 @@
 """Sentences on peaks."""
 
+import numpy as np
 import pandas as pd
 import pytest
+from small_joint import make_joint
 
-from boltjoint.names import Basis
+from boltjoint.dynamics.response.converged_peak import add_converged_peaks
+from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.headline import (
     ALL,
     NOT_TESTED,
+    SOLVED,
     peak_in_words,
     peaks_of_coordinates,
+    peaks_of_reference,
     statement_of,
 )
 from boltjoint.study.response_list import by_trust
+from boltjoint.study.tables.accuracy import tabulate_accuracy
 
 ROWS = pd.DataFrame(
     {
         "force_N": [1.0, 10.0],
         "complete": True,
-        "harmonics": 1,
+        "response_harmonics": 1,
         "peak_frequency_Hz": [75.4, 71.9],
         "peak_mm_per_N": [0.85, 0.35],
         "converged_peak_frequency_Hz": [75.18, None],
@@ -42,9 +50,26 @@ def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
 
 def test_a_peak_tells_the_harmonics_it_is_solved_with():
     of_few = ROWS.drop(columns=[name for name in ROWS if name.startswith("converged")])
-    sentence = statement_of(of_few.assign(harmonics=[1, 5])).replace("\u00a0", " ")
+    sentence = statement_of(of_few.assign(response_harmonics=[1, 5])).replace("\u00a0", " ")
     assert "0.85 mm/N at 1 N with one harmonic, whose error is not tested" in sentence
     assert "0.35 mm/N at 10 N with 5 harmonics, whose error is not tested" in sentence
+
+
+def test_harmonics_of_a_table_are_those_of_its_branches():
+    joint = make_joint()
+    response = solve_response(joint, [1.0, 10.0], damping=0.01)
+    found = add_converged_peaks(response, converge_peaks(joint, response))
+    # no motion with further harmonics is found at the second force
+    for name in ("frequency_converged", "amplitude_converged", "harmonics"):
+        found[f"peak_{name}"][1] = np.nan
+    table = tabulate_accuracy({(*REFERENCE, 1): found}, {})
+    peaks = peaks_of_reference(table, 1)
+    assert found["peak_harmonics"][0] > 1
+    assert peaks[SOLVED, "harmonics"].tolist() == [1, 1]
+    words = statement_of(table).replace("\u00a0", " ")
+    assert "at 10 N with one harmonic, whose error is not tested" in words
+    # of tables from before nobody knows
+    assert statement_of(table.drop(columns="response_harmonics")).endswith("not tested.")
 
 
 def test_bars_are_numbers_and_only_one_that_is_not_known_is_told_in_words():

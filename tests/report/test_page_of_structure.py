@@ -40,7 +40,8 @@ def test_washers_and_other_materials_are_told():
         page = structure_page(assemblies, [], results_of([]), source_of(), ["mine"])
         told.append(figure(page, "dimensions-table").replace("&#39;", "'"))
     assert "washer" not in told[0] and "modulus of the bolts" not in told[0]
-    assert "yield strength of the bodies (MPa) 355 yield strength of the bolts (MPa) 640" in told[0]
+    assert "yield strength of the bodies, by default (MPa) 355" in told[0]
+    assert "yield strength of the bolts, by default (MPa) 640" in told[0]
     assert "washers under nut" in told[1]
     assert "thickness of a washer, diameters of its hole and edge (mm) 1.6, 9, 16" in told[1]
     assert "Young's modulus (GPa) 190" in told[1]

@@ -1,6 +1,7 @@
 """Preload and contact: laws, closed forms, equilibrium, and how a failed search shows."""
 
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from examples import assemble_assembly, block_on_ground, free_displacements, rel
 from boltjoint.dataset import save
 from boltjoint.structure import contact_equilibrium
 from boltjoint.structure.contact_equilibrium import contact_force, solve_contact
+from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.preload import apply_preload
 
 
@@ -207,6 +209,18 @@ def test_a_preload_that_no_bolt_bears_is_told(tiny, caplog):
         apply_preload(tiny, 40e3)
     (record,) = caplog.records
     assert "40000 N strains the shanks by 0.40%, more than the 0.32%" in record.getMessage()
+
+
+def test_of_several_bolts_that_farthest_beyond_yield_is_told(tiny, caplog):
+    structure = structure_of(tiny)
+    first, second = structure.bolts
+    weak, strong = replace(first, yield_strength=240e6), replace(second, yield_strength=940e6)
+    # 300 of 240 MPa, and 950 of 940 MPa
+    tension = [300e6 * weak.section, 950e6 * strong.section]
+    with caplog.at_level(logging.WARNING):
+        apply_preload(replace(structure, bolts=(weak, strong)), tension)
+    (record,) = caplog.records
+    assert "bolts of 240 MPa (yield_strength_MPa) yield" in record.getMessage()
 
 
 @pytest.mark.parametrize("preload_N", [0.0, -5.0, np.nan, np.inf])

@@ -113,6 +113,10 @@ def test_yield_is_told_by_the_modulus_of_the_bolts(study):
     assert not estimate.overstrained(study(own, case))
     (line,) = estimate.overstrained(study(own, case | {"preload_N": 3 * 13723}))
     assert "strains the shanks by 0.40%" in line
+    stronger = ASSEMBLY["bolts"] | {"material": {**steel, "yield_strength_MPa": 940}}
+    assert not estimate.overstrained(
+        study(bars | {"bolts": stronger}, case | {"preload_N": 3 * 13723})
+    )
 
 
 def test_many_harmonics_are_refused_by_their_key(study):

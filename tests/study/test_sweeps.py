@@ -170,7 +170,7 @@ def test_limits_of_the_model_are_told_of_designs_as_of_responses():
             alone = add_limits(alone, stored)
             name = f"peak_{DISPLACEMENT.name}"
             np.testing.assert_allclose(solved[name][row], alone[name], rtol=1e-6)
-        assert solved[f"peak_{STRESS.name}"].isnull().all()
+        assert f"peak_{STRESS.name}" not in solved
     unknown = solve_designs([SweptJoint(content, [nodes])], designs, range(2))
     assert not any(name in unknown for name in (f"peak_{limit.name}" for limit in LIMITS))
 

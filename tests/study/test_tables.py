@@ -255,6 +255,7 @@ def test_models_are_compared_with_the_converged_peaks_of_the_reference(study):
             apart = max(1 + error, 1 / (1 + error))
             assert bar == pytest.approx(100 * (apart * (1 + left_out / 100) - 1))
         assert accuracy.loc[force, "harmonics"] == most
+        assert accuracy.loc[force, "response_harmonics"] == 1
 
 
 def test_fits_are_compared_with_their_own_regions(study):

@@ -25,6 +25,7 @@ from small_study import (
 )
 
 from boltjoint import dataset
+from boltjoint.structure.limits import LIMITS
 
 #: what is made of every sort of file: basis, joint, response, table, figure, page and sweep
 REPEATED = [
@@ -222,6 +223,9 @@ def refused(folder):
     return said
 
 
+REACHED = [f"peak_{limit.name}" for limit in LIMITS]
+
+
 def test_a_design_is_what_it_is_as_a_case_of_its_own(copied):
     # with a preload of its own, which a sweep takes from that of the base case
     contact = CASE["contact"] | {"friction_coefficient": 0.3}
@@ -236,4 +240,8 @@ def test_a_design_is_what_it_is_as_a_case_of_its_own(copied):
     np.testing.assert_allclose(design["force_level"], response["force_level"])
     for name in ("peak_frequency", "peak_amplitude"):
         np.testing.assert_allclose(design[name], response[name], rtol=1e-9)
+    # the sweep does not observe amplitudes with all harmonics, by which shares of a response are
+    scale = response["peak_amplitude"] / response["peak_amplitude_converged"]
+    for name in REACHED:
+        np.testing.assert_allclose(design[name], scale * response[name], rtol=1e-9)
     np.testing.assert_array_equal(design["contact_state"], response["contact_state"])

@@ -95,8 +95,8 @@ class Case(EntryWithLaterKeys):
     assembly: Name
     """The assembly: a file of ``assemblies/`` without ``.yaml``."""
     preload_N: Positive
-    """Preload of each bolt. A warning is given where it strains the shanks beyond yield, at 0.31 %
-    for bolts of class 8.8: the model stays elastic."""
+    """Preload of each bolt. A warning is given where it strains the shanks beyond yield, of
+    class 8.8 by default: the model stays elastic."""
     preload_ratios: Annotated[tuple[NotNegative, ...], Field(min_length=1)] | None = None
     """Preload of each bolt over ``preload_N``, in the order of the assembly; by default 1 for all.
     Head and nut of a bolt without preload stay tied to the bars: only the contact opens."""

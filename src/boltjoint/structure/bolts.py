@@ -34,15 +34,23 @@ def yield_warning(
     strength
         S, yield strength [Pa]; E times ``YIELD_STRAIN`` by default.
     """
-    strain = preload / (youngs_modulus * area)
-    limit = YIELD_STRAIN if strength is None else strength / youngs_modulus
-    if strain <= limit:
+    share = share_of_yield(preload, area, youngs_modulus, strength)
+    if share <= 1:
         return None
-    of = "steel bolts of class 8.8" if strength is None else f"bolts of {1e-6 * strength:g} MPa"
+    strain = preload / (youngs_modulus * area)
+    of_class = "steel bolts of class 8.8"
+    of = of_class if strength is None else f"bolts of {1e-6 * strength:g} MPa (yield_strength_MPa)"
     return (
         f"a preload of {preload:g} N strains the shanks by {strain:.2%}, more than the "
-        f"{limit:.2%} at which {of} yield; the model stays elastic"
+        f"{strain / share:.2%} at which {of} yield; the model stays elastic"
     )
+
+
+def share_of_yield(
+    preload: float, area: float, youngs_modulus: float, strength: float | None = None
+) -> float:
+    """Stress of shanks over their yield strength: arguments are those of ``yield_warning``."""
+    return preload / area / (YIELD_STRAIN * youngs_modulus if strength is None else strength)
 
 
 def tension_of(preload: float | Sequence[float], bolts: int) -> Array:

@@ -37,6 +37,12 @@ class Limit(NamedTuple):
     problem: str
     is_proportional: bool = True
 
+    def told(self, share: float) -> str:
+        """The problem with the share that is reached; empty within what is tolerated."""
+        if not share > self.tolerated:
+            return ""
+        return self.problem % (100 * share, 100 * self.tolerated)
+
 
 DISPLACEMENT = Limit(
     "displacement_over_length",

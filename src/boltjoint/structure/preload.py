@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.bolts import tension_of, yield_warning
+from boltjoint.structure.bolts import share_of_yield, tension_of, yield_warning
 from boltjoint.structure.contact_equilibrium import ContactEquilibrium, solve_contact
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import structure_of
@@ -215,15 +215,16 @@ def _variables(
 
 
 def _warn_of_yield(structure: Structure, tension: Array) -> None:
-    """Tell which bolt the preload strains most, where that is beyond yield."""
+    """Tell which bolt the preload strains farthest beyond yield, if any."""
     shanks = [
         (float(load), bolt.section, bolt.youngs_modulus, bolt.yield_strength)
         for load, bolt in zip(tension, structure.bolts, strict=True)
         if bolt.section is not None and bolt.youngs_modulus is not None
     ]
-    beyond = [shank for shank in shanks if yield_warning(*shank)]
-    if beyond:
-        logger.warning(yield_warning(*max(beyond, key=lambda shank: shank[0] / shank[1])))
+    if shanks:
+        largest = max(shanks, key=lambda shank: share_of_yield(*shank))
+        if sentence := yield_warning(*largest):
+            logger.warning(sentence)
 
 
 def _part_of(structure: Structure, force: Array) -> Subspace:

@@ -1,6 +1,6 @@
 """Windows and grids that designs of a sweep have in common, and what is observed of each."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.response.converged_peak import ConvergedPeak
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.limits import LIMITS, Limit
 from boltjoint.study.designs import varied
 
 if TYPE_CHECKING:
@@ -240,7 +240,7 @@ class ObservedDesigns:
         elements: int | None,
         *,
         converged: bool = False,
-        limits: bool = False,
+        limits: Collection[Limit] = (),
     ) -> None:
         self.peak = np.full((designs, levels, 2), np.nan)
         self.complete = np.zeros((designs, levels), dtype=np.int8)
@@ -249,7 +249,8 @@ class ObservedDesigns:
         self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
         self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
         self.converged = np.full((designs, levels, 5), np.nan) if converged else None
-        self.limits = np.full((designs, levels, len(LIMITS)), np.nan) if limits else None
+        self.known = limits
+        self.reached = np.full((designs, levels, len(LIMITS)), np.nan)
         self.state: NDArray[np.int8] | None = None
         if elements is not None:
             shape = designs, levels, elements
@@ -279,18 +280,8 @@ class ObservedDesigns:
         self.converged[place] = [(*peak.values, *peak.truncation_error) for peak in peaks]
 
     def add_limits(self, place: int, shares: Array) -> None:
-        """Keep how much of the limits of the model the peaks of a design reach, (levels, limits).
-
-        These are shares of its own peaks: those with all harmonics reach more or less, as their
-        amplitude is.
-        """
-        if self.limits is None:
-            return
-        scale = np.ones(len(shares))
-        if self.converged is not None:
-            ratio = self.converged[place, :, 1] / self.peak[place, :, 1]
-            scale = np.where(np.isfinite(ratio), ratio, 1.0)
-        self.limits[place] = scale[:, None] * shares
+        """Keep how much of each of ``LIMITS`` the peaks of a design reach, (levels, limits)."""
+        self.reached[place] = shares
 
     def dataset(self) -> xr.Dataset:
         """All of it, by design and force."""
@@ -302,12 +293,16 @@ class ObservedDesigns:
             ("complete", along, self.complete, "1", "1 where the branch crosses the whole window"),
             ("reason", "design", self.reason.astype(str), "1", why),
         ]
+        scale = np.ones(self.complete.shape)
         if self.converged is not None:
+            # the amplitude with all harmonics counts, where it is known
+            ratio = self.converged[..., 1] / self.peak[..., 1]
+            scale = np.where(np.isfinite(ratio), ratio, 1.0)
             for place, (name, unit, meaning) in enumerate(_CONVERGED):
                 rows.append((name, along, self.converged[..., place], unit, meaning))
-        if self.limits is not None:
-            for limit, reached in zip(LIMITS, np.moveaxis(self.limits, -1, 0), strict=True):
-                rows.append((f"peak_{limit.name}", along, reached, "1", limit.meaning))
+        for limit, reached in zip(LIMITS, np.moveaxis(self.reached, -1, 0), strict=True):
+            if limit in self.known:
+                rows.append((f"peak_{limit.name}", along, scale * reached, "1", limit.meaning))
         if self.grid is not None:
             meaning = "first-harmonic amplitude of the output point"
             rows.append(("frequency", "frequency", self.grid, "Hz", "excitation frequency"))

@@ -147,9 +147,9 @@ def _observe(
     try:
         joint, branches = variant.solve(values, window)
         observed.add(place, joint, branches)
+        observed.add_limits(place, variant.reached(joint, branches))
         if converged:
             observed.add_converged(place, variant.converge(values, joint, branches))
-        observed.add_limits(place, variant.reached(joint, branches))
         if amplitudes is not None:
             observed.backbone[place] = np.transpose(variant.backbone(values, amplitudes))
     except IMPOSSIBLE as error:
@@ -227,7 +227,7 @@ def solve_designs(
     observed = ObservedDesigns(
         *(len(chunk), levels, grid, sizes, elements if states else None),
         converged=converged,
-        limits=any(joint.limits.known for joint in joints),
+        limits={limit for joint in joints for limit in joint.limits.known},
     )
 
     def solve(place: int, row: int) -> None:

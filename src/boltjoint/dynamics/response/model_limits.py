@@ -98,10 +98,8 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
 
 
 def _warn(limit: Limit, reached: Array, forces: Array) -> None:
-    largest = np.nan_to_num(reached).max(initial=0.0)
-    if largest > limit.tolerated:
-        shares = 100 * largest, 100 * limit.tolerated
-        logger.warning("%g N: " + limit.problem, forces[np.nanargmax(reached)], *shares)
+    if problem := limit.told(np.nan_to_num(reached).max(initial=0.0)):
+        logger.warning("%g N: %s", forces[np.nanargmax(reached)], problem)
 
 
 def _largest(sine: Array, cosine: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.harmonics import highest_harmonic
+from boltjoint.harmonics import harmonics_of_level
 from boltjoint.structure.limits import LIMITS
 
 #: millimetres of a metre
@@ -112,7 +112,7 @@ def response_curves(response: xr.Dataset) -> list[ResponseCurve]:
                 error_bar=(of_frequency, of_amplitude),
                 broken_off=not at["complete"],
                 fell_back=bool(at["fell_back"]),
-                harmonics=int(at.get("response_harmonics", highest_harmonic(response))),
+                harmonics=harmonics_of_level(response, place),
                 model_limit=highest / reached if reached else np.nan,
             )
         )

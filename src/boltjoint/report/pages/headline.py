@@ -176,7 +176,7 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     else:
         off, error = "error", _or_not_tested(unknown, solved["peak_mm_per_N"])
     columns |= {
-        (SOLVED, "harmonics"): rows["harmonics"],
+        (SOLVED, "harmonics"): rows.get("response_harmonics", unknown),
         (SOLVED, "frequency_Hz"): solved["peak_frequency_Hz"],
         (SOLVED, "response_mm_per_N"): solved["peak_mm_per_N"],
         (SOLVED, off): error,
@@ -213,9 +213,11 @@ def peak_in_words(
     if pd.isna(response):
         return f"none {force}: {'the window has none' if is_complete else 'the branch broke off'}"
     if not has_all:
+        harmonics = in_words([of_peak["harmonics"]])
+        solved = f"{force} with {harmonics}" if harmonics else force
         return (
-            f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {force} with "
-            f"{in_words([of_peak['harmonics']])}, whose error is not tested"
+            f"{frequency:.1f} Hz and {number(response, 3)} {per_level} {solved}, whose error is not"
+            " tested"
         )
     bars = [of_peak[name] for name in ("frequency_±_percent", "response_±_percent")]
     if NOT_TESTED in bars:
@@ -263,9 +265,9 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
     limits = [_TEXT.limits(REACHED[STRESS.name] in peaks)] if _has_limits(peaks) else []
-    of_branches = in_words(peaks[SOLVED, "harmonics"])
-    peaks = peaks.drop(columns=[(SOLVED, "harmonics")])
-    peaks = peaks.rename(columns={SOLVED: f"with {of_branches}"}, level=0)
+    if harmonics := in_words(peaks[SOLVED, "harmonics"]):
+        peaks = peaks.rename(columns={SOLVED: f"with {harmonics}"}, level=0)
+    peaks = peaks.drop(columns="harmonics", level=1)
     return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes, *limits])
 
 
@@ -283,12 +285,11 @@ def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
     """Forces whose peaks are beyond a limit of the model, and what that means."""
     beyond = []
     for limit in LIMITS:
-        column = REACHED[limit.name]
-        if column not in peaks or not (peaks[column] > 100 * limit.tolerated).any():
-            continue
-        far = peaks[peaks[column] > 100 * limit.tolerated]
-        forces = ", ".join(f"{force:g}" for force in far["", "force_N"])
-        beyond.append((forces, limit.problem % (far[column].max(), 100 * limit.tolerated)))
+        if REACHED[limit.name] in peaks:
+            shares = peaks[REACHED[limit.name]] / 100
+            far = peaks["", "force_N"][shares > limit.tolerated]
+            if problem := limit.told(shares.max()):
+                beyond.append((", ".join(f"{force:g}" for force in far), problem))
     return beyond
 
 

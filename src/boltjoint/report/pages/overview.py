@@ -98,10 +98,13 @@ def _pictures(study: Study, content: PageContent, accuracies: _Accuracies) -> Ma
     for name, case in study.cases.items():
         basis = headline_basis(case)
         title = f"{name}, node to node in {basis}"
-        accuracy = accuracies[name, basis]
-        harmonics = in_words(() if accuracy is None else accuracy.frame["harmonics"])
+        resonance, accuracy = case.resonances(basis)[0], accuracies[name, basis]
+        harmonics = ""
+        if accuracy is not None:
+            peaks = peaks_of_reference(accuracy.frame, resonance)
+            harmonics = in_words(peaks[SOLVED, "harmonics"])
         note = _TEXT.response(link(f"{name}.html", name), harmonics)
-        of_case = {"case": name, "basis": basis, "resonance": case.resonances(basis)[0]}
+        of_case = {"case": name, "basis": basis, "resonance": resonance}
         reference = {"joint": REFERENCE[0], "coordinates": REFERENCE[1]}
         responses += content.figures("response", note, title=title, **of_case, **reference)
     return body + Markup('<div class="gallery">{}</div>').format(responses)

@@ -62,8 +62,13 @@ def facts_of_materials(assembly: HasMaterials) -> dict[str, Fact]:
                 quantity, _, unit = words.partition(" (")
                 label = f"{quantity} {part}" + (f" ({unit}" if unit else "")
                 rows[label] = getattr(material, key)
+    given = [
+        None if material is None else material.yield_strength_MPa
+        for material in (assembly.material, assembly.bolts.material)
+    ]
     strengths = assembly.bolts.yield_strengths(assembly.material)
-    for part, strength in zip(("bodies", "bolts"), strengths, strict=True):
+    for part, own, strength in zip(("bodies", "bolts"), given, strengths, strict=True):
         if not math.isnan(strength):
-            rows[f"yield strength of the {part} (MPa)"] = 1e-6 * strength
+            default = "" if own else ", by default"
+            rows[f"yield strength of the {part}{default} (MPa)"] = 1e-6 * strength
     return rows

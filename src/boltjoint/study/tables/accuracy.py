@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.harmonics import highest_harmonic
+from boltjoint.harmonics import harmonics_of_level
 from boltjoint.names import REFERENCE
 from boltjoint.structure.limits import LIMITS
 
@@ -65,7 +65,7 @@ def peak_of_level(response: xr.Dataset, level: int) -> dict[str, Any]:
     at = response.isel(force=level)
     force = float(at["force_level"])
     return {
-        "harmonics": int(at.get("response_harmonics", highest_harmonic(response))),
+        "response_harmonics": harmonics_of_level(response, level),
         "solutions": int((response["excitation_force"] == force).sum()),
         "complete": bool(at["complete"]),
         "peak_frequency_Hz": float(at["peak_frequency"]),
@@ -113,7 +113,8 @@ def tabulate_accuracy(
     -------
     DataFrame
         A row for each response and force level. Errors are empty where there is no reference, or
-        one of the two branches is not complete; ``reason`` then says why.
+        one of the two branches is not complete; ``reason`` then says why. ``response_harmonics``
+        are those of the branch, ``harmonics`` those of its converged peak.
         ``energy_error`` and ``residual``, in all linear modes over the force, are the largest of
         all solutions; estimated errors are those of the response file, without any reference;
         with converged peaks, these and the error bars of the peak are beside them;

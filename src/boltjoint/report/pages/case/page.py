@@ -286,7 +286,7 @@ def _time_integration(table: StudyTable) -> Markup:
     largest = difference.groupby(level=0).max()
     highest, lowest = largest.index.max(), largest.index.min()
     fewest = in_words([lowest]), f"{largest[lowest]:.3g}"
-    text = _TEXT.time_integration(highest, f"{largest[highest]:.2g}", *fewest)
+    text = _TEXT.time_integration(in_words([highest]), f"{largest[highest]:.2g}", *fewest)
     return text + table.html("First harmonic of the response")
 
 

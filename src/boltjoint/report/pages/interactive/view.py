@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from boltjoint.config.case import Case
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
 from boltjoint.friction import contact_states
-from boltjoint.harmonics import Components, in_words
+from boltjoint.harmonics import Components, harmonics_of_level, in_words
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.names import REFERENCE
@@ -335,7 +335,7 @@ def _peaks(
             "level": level,
             "frequency": frequency,
             "amplitude": abs(output) * _MM,
-            "harmonics": in_words([Components(motion.components).highest]),
+            "harmonics": in_words([harmonics_of_level(response, place)]),
             "state": pack(states[place], "<i1"),
             **_loops(joint, motion, frequency),
         }

@@ -344,15 +344,14 @@ def sweep_page(
 
 
 def _beyond_limits(sweep: xr.Dataset) -> list[tuple[int, str]]:
-    """How many designs have a peak beyond a limit of the model, and what the largest means."""
+    """Designs with a peak beyond a limit of the model at any level, and what the largest means."""
     beyond = []
     for limit in LIMITS:
         if (name := f"peak_{limit.name}") not in sweep:
             continue
         reached = sweep[name].max([dim for dim in sweep[name].dims if dim == "force"])
-        if count := int((reached > limit.tolerated).sum()):
-            largest = 100 * float(reached.max()), 100 * limit.tolerated
-            beyond.append((count, limit.problem % largest))
+        if problem := limit.told(float(reached.max())):
+            beyond.append((int((reached > limit.tolerated).sum()), problem))
     return beyond
 
 

@@ -154,7 +154,7 @@ def _left_out(assembled: Assembled) -> str:
         for keyword, (place, count) in list(deck.unused.items())[:_MOST]
     ]
     if more := len(deck.unused) - len(told):
-        told.append(f"{more} more keywords")
+        told.append(f"{more} more keyword{'' if more == 1 else 's'}")
     of_steps = sum(boundary.step > 0 for boundary in deck.boundaries)
     for count, words in ((of_steps, "line{} of *BOUNDARY in steps"), (deck.steps, "step{}")):
         if count:

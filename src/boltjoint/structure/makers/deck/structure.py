@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from boltjoint.config.bolts import yield_strength
+from boltjoint.config.bolts import CLASS_8_8, S355, yield_strength
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
@@ -280,8 +280,10 @@ def _bolts(
         if section.surface is not None:
             cut = next(one for one in assembled.cuts if one.section is section)
             materials, number = mesh.materials
-            modulus = materials[number[cut.element]].youngs_modulus
-            values = cut.normal, cut.centre, cut.area, modulus * description.units.pascal
+            material = materials[number[cut.element]]
+            modulus = material.youngs_modulus * description.units.pascal
+            strength = _strength(description, material.name, modulus, CLASS_8_8)
+            values = cut.normal, cut.centre, cut.area, modulus, strength
         else:
             beam = next(one for one in assembled.beams if one.section is section)
             values = _of_beam(description, mesh, beam)
@@ -291,16 +293,27 @@ def _bolts(
 
 def _of_beam(
     description: Description, mesh: Mesh, beam: beams.BoltBeam
-) -> tuple[Array, Array, float, float]:
-    """Axis, position, section and modulus of a bolt that is a beam."""
+) -> tuple[Array, Array, float, float, float | None]:
+    """Axis, position, section, modulus and yield strength of a bolt that is a beam."""
     along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
     material = mesh.deck.materials[beam.beam.material.upper()]
+    modulus = material.elasticity[0] * description.units.pascal
     return (
         along / np.linalg.norm(along),
         mesh.coordinate[beam.nodes].mean(axis=0),
         mesh.metre**2 * beam.sizes[0],
-        material.elasticity[0] * description.units.pascal,
+        modulus,
+        _strength(description, material.name, modulus, CLASS_8_8),
     )
+
+
+def _strength(
+    description: Description, material: str, modulus: float, of_steel: float = S355
+) -> float | None:
+    """Yield strength of a material [Pa]; None where it is neither given nor that of steel."""
+    given = {own.name.upper(): own.yield_strength_MPa for own in description.materials}
+    strength = yield_strength(given.get(material.upper()), 1e-9 * modulus, of_steel)
+    return None if np.isnan(strength) else strength
 
 
 def _rows(description: Description, mesh: Mesh, displacement: sparse.csc_array) -> dict[str, Row]:
@@ -343,15 +356,14 @@ def _geometry(description: Description, mesh: Mesh, displacement: sparse.csc_arr
 
 def _cell_material(description: Description, mesh: Mesh) -> CellMaterial:
     materials, number = mesh.materials
-    given = {own.name.upper(): own.yield_strength_MPa for own in description.materials}
     of_solids = [block.material for block in mesh.blocks(description.units.pascal, 1.0)]
     modulus = np.concatenate([material.youngs_modulus for material in of_solids])
     of_cell = np.concatenate([number[solid.place] for solid in mesh.solids])
     strength = np.empty_like(modulus)
     for index in np.unique(of_cell):
-        own = given.get(materials[index].name.upper())
         mine = of_cell == index
-        strength[mine] = yield_strength(own, 1e-9 * modulus[mine][0])
+        own = _strength(description, materials[index].name, modulus[mine][0])
+        strength[mine] = np.nan if own is None else own
     ratio = np.concatenate([material.poissons_ratio for material in of_solids])
     return CellMaterial(modulus, ratio, strength)
 
