@@ -10,6 +10,9 @@ from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, run, write, write_con
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
+from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
@@ -105,6 +108,37 @@ def test_each_design_is_what_it_is_as_a_case_of_its_own(sweep):
             np.testing.assert_allclose(design[name], response[name][0], rtol=1e-9)
         states = response["contact_state"][0]
         np.testing.assert_array_equal(design["contact_state"][: states.size], states)
+
+
+def test_a_loosened_bolt_has_a_basis_of_its_own(project, tmp_path):
+    folder = tmp_path / "study"
+    shutil.copytree(project, folder)
+    loosened = {
+        **{"case": "small", "basis": "enriched-8", "joint": "node-to-node"},
+        **{"vary": {"preload_ratios[1]": [1, 0.3]}, "observe": ["peaks"]},
+    }
+    write(folder / "config/sweeps/loosened.yaml", loosened)
+    write(folder / "config/config.yaml", SETTINGS | {"sweeps": ["loosened"]})
+    run(folder, "results/sweeps/loosened/sweep.nc")
+    found = dataset.load(folder / "results/sweeps/loosened/sweep.nc")
+
+    built, case = mesh_of(ASSEMBLY), Case.model_validate(CASE)
+    preload = apply_preload(built, case.preload_N * np.array([1.0, 0.3]))
+    condition = ContactCondition.of(case.contact.model_dump(), case.structural_damping)
+    options = ContactAdaptedBasis(**SETTINGS["contact_adapted_basis"])
+    modes = find_modes(built, "enriched-8", find_pod_modes(built, preload, [condition], options))
+    joint = condition.connect(preload, modes)
+    response = solve_response(joint, case.levels, damping=condition.damping)
+    loose = found.sel(preload_ratio_1=0.3)
+    for name in ("peak_frequency", "peak_amplitude"):
+        np.testing.assert_allclose(loose[name], response[name], rtol=1e-6)
+    # in the basis of the tight joint they differ by more
+    tight = apply_preload(built, case.preload_N)
+    modes = find_modes(built, "enriched-8", find_pod_modes(built, tight, [condition], options))
+    other = solve_response(
+        condition.connect(preload, modes), case.levels, damping=condition.damping
+    )
+    assert abs(other["peak_amplitude"] / response["peak_amplitude"] - 1).max() > 1e-4
 
 
 def test_impossible_designs_are_told(sweep):

@@ -132,7 +132,7 @@ class Sweep(Entry):
     design: Design = Grid(kind="grid")
     """Which combinations of values are designs."""
     basis: ModalBasis
-    """Modal basis."""
+    """Modal basis. One that is contact-adapted is made for each mesh and each ratio of preloads."""
     joint: Joint
     """Joint model, as in ``solve`` of a case."""
     resonance: ModesCount = 1

@@ -28,7 +28,7 @@ from boltjoint.config.varied_case import (
     solved_alone,
     with_values,
 )
-from boltjoint.config.varied_keys import RATIOS, Quantity, is_rescaled, not_varied
+from boltjoint.config.varied_keys import Quantity, is_rescaled, not_varied
 
 #: impossible designs of a table from the first after which a possible one is left to be found
 _MOST_TRIED = 1000
@@ -114,13 +114,6 @@ class SweptDesigns:
             return
         if reason:
             yield where, f"makes no possible design: {reason}"
-        if any(key.startswith(RATIOS) for key in self.keys):
-            sentence = "must be free-N: a contact-adapted basis is made for preloads of one ratio"
-            sweep = self._base.sweep
-            if sweep.basis.is_contact_adapted:
-                yield ("basis",), sentence
-            if sweep.check is not None and sweep.check.basis.is_contact_adapted:
-                yield ("check", "basis"), sentence
 
     @property
     def _impossible(self) -> str:

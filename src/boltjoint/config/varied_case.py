@@ -197,6 +197,13 @@ class BaseOfVariants:
         content = self._contents[1]
         return all(value_at(content, path_of(key)) == of_assembly[key] for key in of_assembly)
 
+    def other_ratios(self, values: Values) -> dict[str, float]:
+        """The values of ratios of preloads; none where they are those it has."""
+        ratios = {key: value for key, value in values.items() if key.startswith(RATIOS)}
+        content = with_all_ratios(self._contents[0], ratios, self.assembly.bolt_count)
+        is_own = all(value_at(content, path_of(key)) == ratios[key] for key in ratios)
+        return {} if is_own else ratios
+
     def checked(self, values: Values) -> _Checked:
         """The base case with other values of some keys, as far as it is possible."""
         of_assembly, of_joint = _of_part(values, ASSEMBLY), _of_part(values, JOINT)
@@ -248,7 +255,8 @@ class Variant:
     values
         These values by their keys.
     case_name, assembly_name
-        Names of their files.
+        Names of their files. A contact-adapted basis is made for preloads of one ratio: with
+        others, the assembly is one of its own.
     """
 
     def __init__(self, values: Values, base: BaseOfVariants) -> None:
@@ -266,8 +274,11 @@ class Variant:
 
     @cached_property
     def assembly_name(self) -> str:
-        of_assembly, name = _of_part(self.values, ASSEMBLY), self._base.case.assembly
-        return name if self._base.is_own(of_assembly) else _named(name, of_assembly)
+        own = _of_part(self.values, ASSEMBLY)
+        values = {} if self._base.is_own(own) else own
+        if any(basis.is_contact_adapted for basis in self.bases):
+            values |= self._base.other_ratios(self.values)
+        return _named(self._base.case.assembly, values)
 
     @cached_property
     def _checked(self) -> _Checked:
