@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.study.sweeps import SweepError, error_of_sweep
+from boltjoint.study.sweeps import SweepError, error_of_sweep, peak_variable
 from boltjoint.study.tables.sweeps import (
     tabulate_sensitivity,
     tabulate_statistics,
@@ -62,25 +62,24 @@ def share(name: str, observed: str, key: str, order: str = "total") -> float:
     return float(_indices(name).loc[(observed, key), order])
 
 
+def peaks_of(name: str, what: str) -> np.ndarray:
+    """Frequency [Hz] or amplitude [m] of the peaks, with all harmonics if known, by design."""
+    return load(name)[peak_variable(load(name), what)].to_numpy()
+
+
 def loosened(name: str) -> list[dict[str, object]]:
     """Peaks of each bolt at each ratio against those of the tight joint: changes in percent."""
     sweep = load(name)
     keys = [key for key in sweep.attrs["varied"].split() if key.startswith("preload_ratio")]
     ratios = np.column_stack([sweep[key] for key in keys])
     (tight,) = np.flatnonzero((ratios == 1).all(axis=1))
+    of_designs = {what: peaks_of(name, what) for what in ("frequency", "amplitude")}
     found = []
     for row in np.flatnonzero((ratios != 1).any(axis=1)):
         (bolt,) = np.flatnonzero(ratios[row] != 1)
         changes = {
-            what: [
-                100 * (each / before - 1)
-                for each, before in zip(
-                    sweep[f"peak_{what}"].to_numpy()[row],
-                    sweep[f"peak_{what}"].to_numpy()[tight],
-                    strict=True,
-                )
-            ]
-            for what in ("frequency", "amplitude")
+            what: (100 * (peaks[row] / peaks[tight] - 1)).tolist()
+            for what, peaks in of_designs.items()
         }
         found.append({"bolt": int(bolt) + 1, "ratio": float(ratios[row, bolt]), **changes})
     return found
@@ -94,7 +93,7 @@ def change(name: str, bolt: int, ratio: float, what: str, level: int) -> float:
 
 def tight(name: str, what: str, level: int) -> float:
     """Peak of the joint with all bolts tight: frequency [Hz] or amplitude [mm]."""
-    values = load(name)[f"peak_{what}"].to_numpy()[0, level]
+    values = peaks_of(name, what)[0, level]
     return float(values * (MM if what == "amplitude" else 1.0))
 
 
@@ -105,7 +104,7 @@ def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, ob
     curves = zip(
         sweep["natural_frequency"].to_numpy(),
         100 * sweep["damping_ratio"].to_numpy(),
-        MM * sweep["peak_amplitude"].to_numpy(),
+        MM * peaks_of(name, "amplitude"),
         strict=True,
     )
     wanted = np.log(amplitudes_mm)
