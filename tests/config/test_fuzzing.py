@@ -12,6 +12,7 @@ import warnings
 
 import pytest
 from fuzzing import BOLTS, FORCE, KINDS, TEXTS, content_of, mutation, write_study
+from mutations import ROOT
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.distributions import Lognormal
@@ -141,8 +142,14 @@ LARGE = {
 }
 
 
+@pytest.fixture(scope="module")
+def imported():
+    """All that checks import, which takes a second once and tells nothing of a file."""
+    load_study(ROOT)
+
+
 @pytest.mark.parametrize("what", LARGE)
-def test_a_file_that_asks_for_much_is_checked_as_soon(study, what):
+def test_a_file_that_asks_for_much_is_checked_as_soon(study, imported, what):
     file, changes = LARGE[what]
     text = json.dumps(content_of(file) | changes)
     assert len(text) < LARGEST_FILE

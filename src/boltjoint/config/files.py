@@ -86,6 +86,8 @@ class StudyFiles:
         self.folder = folder
         self.problems: list[str] = []
         self.hashes = FileHashes(self._hash_of)
+        #: names of the files of a folder, listed once
+        self._present: dict[str, list[str]] = {}
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
     def refuse_problems(self) -> None:
@@ -159,8 +161,10 @@ class StudyFiles:
         """The mapping in the file of this name, which is given at a key path of a place."""
         if (self.folder / folder / f"{name}.yaml").exists():
             return self.read(f"{folder}/{name}.yaml")
-        present = sorted(path.stem for path in (self.folder / folder).glob("*.yaml"))
-        problem = f"{as_text(name)} is not in {folder}{choice(name, present)}"
+        if folder not in self._present:
+            files = (self.folder / folder).glob("*.yaml")
+            self._present[folder] = sorted(path.stem for path in files)
+        problem = f"{as_text(name)} is not in {folder}{choice(name, self._present[folder])}"
         self.note(place, [(path, problem)])
         return None
 

@@ -66,6 +66,8 @@ class ConfigError(ValueError):
 def _one_line(text: str) -> str:
     """The text with escapes in place of what is no visible character, cut where it is long."""
     text = text if len(text) <= _LONGEST_LINE else f"{text[:_LONGEST_LINE]}..."
+    if text.isprintable():
+        return text
     return "".join(
         character if character.isprintable() else character.encode("unicode_escape").decode()
         for character in text
