@@ -113,8 +113,6 @@ def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, ob
             "values": {key: float(values[row]) for key, values in keys.items()},
             "frequency": np.interp(wanted, at, frequency),
             "damping": np.interp(wanted, at, damping),
-            "largest": damping.max(),
-            "at": np.exp(at[damping.argmax()]),
             "peaks": peaks,
         }
         for row, (frequency, damping, peaks) in enumerate(curves)

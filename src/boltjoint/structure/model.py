@@ -69,6 +69,8 @@ class Bolt:
         if not load.any():
             raise ValueError(f"load of {self.name} is zero: a tension of 1 N has forces")
         object.__setattr__(self, "load", load)
+        if self.yield_strength != self.yield_strength:  # not a number, as cells have it
+            object.__setattr__(self, "yield_strength", None)
         if self.locked is not None:
             checks.whole(f"locked of {self.name}", self.locked, at_least=0)
             if self.locked >= load.size:

@@ -293,7 +293,7 @@ def _bolts(
 
 def _of_beam(
     description: Description, mesh: Mesh, beam: beams.BoltBeam
-) -> tuple[Array, Array, float, float, float | None]:
+) -> tuple[Array, Array, float, float, float]:
     """Axis, position, section, modulus and yield strength of a bolt that is a beam."""
     along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
     material = mesh.deck.materials[beam.beam.material.upper()]
@@ -309,11 +309,10 @@ def _of_beam(
 
 def _strength(
     description: Description, material: str, modulus: float, of_steel: float = S355
-) -> float | None:
-    """Yield strength of a material [Pa]; None where it is neither given nor that of steel."""
+) -> float:
+    """Yield strength of a material of the deck [Pa], as of ``yield_strength``."""
     given = {own.name.upper(): own.yield_strength_MPa for own in description.materials}
-    strength = yield_strength(given.get(material.upper()), 1e-9 * modulus, of_steel)
-    return None if np.isnan(strength) else strength
+    return yield_strength(given.get(material.upper()), 1e-9 * modulus, of_steel)
 
 
 def _rows(description: Description, mesh: Mesh, displacement: sparse.csc_array) -> dict[str, Row]:
@@ -362,8 +361,7 @@ def _cell_material(description: Description, mesh: Mesh) -> CellMaterial:
     strength = np.empty_like(modulus)
     for index in np.unique(of_cell):
         mine = of_cell == index
-        own = _strength(description, materials[index].name, modulus[mine][0])
-        strength[mine] = np.nan if own is None else own
+        strength[mine] = _strength(description, materials[index].name, modulus[mine][0])
     ratio = np.concatenate([material.poissons_ratio for material in of_solids])
     return CellMaterial(modulus, ratio, strength)
 

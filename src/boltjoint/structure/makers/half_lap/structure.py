@@ -234,11 +234,10 @@ def _shank_modulus(assembly: xr.Dataset, bolt: int) -> float:
 
 
 def _shank_strength(assembly: xr.Dataset, bolt: int) -> float | None:
-    """Yield strength of a shank [Pa]; None where it is not known."""
+    """Yield strength of a shank [Pa]; None of files without strengths."""
     if "part_yield_strength" not in assembly:
         return None
-    strength = float(assembly["part_yield_strength"][FIRST_BOLT + bolt])
-    return None if np.isnan(strength) else strength
+    return float(assembly["part_yield_strength"][FIRST_BOLT + bolt])
 
 
 def _row(assembly: xr.Dataset, point: str, T: sparse.csc_array) -> Row:
