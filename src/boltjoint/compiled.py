@@ -14,6 +14,7 @@ from pathlib import Path
 from pickle import UnpicklingError
 from typing import Any
 
+from llvmlite import ir
 from numba import njit, typeof, types
 from numba.core.caching import FunctionCache
 from numba.extending import intrinsic
@@ -100,22 +101,41 @@ def address_of(function: Any, *arguments: object) -> int:  # noqa: ANN401
 
 
 @intrinsic
-def call(
-    _: object, address: types.Type, a: types.Type, b: types.Type, c: types.Type, d: types.Type
-) -> tuple[Any, Callable]:
-    """In a compiled loop, call the function of four arguments at an address.
+def call(_: object, address: types.Type, *arguments: types.Type) -> tuple[Any, Callable]:
+    """In a compiled loop, call the function at an address.
 
     The arguments must be of the types for which ``address_of`` gave the address. The function
     returns nothing and must not raise errors, which would be lost.
     """
-    arguments = a, b, c, d
 
     def generate(target: Any, builder: Any, _: object, values: Sequence) -> Any:  # noqa: ANN401
         convention = target.call_conv
         kind = convention.get_function_type(types.void, arguments)
         pointer = builder.inttoptr(values[0], kind.as_pointer())
         # to propagate an error would cost as much as the smallest of these functions
-        convention.call_function(builder, pointer, types.void, arguments, values[1:])
+        each = [builder.extract_value(values[1], place) for place in range(len(arguments))]
+        convention.call_function(builder, pointer, types.void, arguments, each)
         return target.get_dummy_value()
 
-    return types.void(address, *arguments), generate
+    return types.void(address, types.StarArgTuple(arguments)), generate
+
+
+@intrinsic
+def call_c(_: object, address: types.Type, *arguments: types.Type) -> tuple[Any, Callable]:
+    """In a compiled loop, call a function of C or Fortran at an address, with arrays alone.
+
+    It is given where the numbers of each array begin, and returns nothing.
+    """
+
+    def generate(target: Any, builder: Any, _: object, values: Sequence) -> Any:  # noqa: ANN401
+        memory = ir.IntType(8).as_pointer()
+        pointers = []
+        for place, kind in enumerate(arguments):
+            value = builder.extract_value(values[1], place)
+            array = target.make_array(kind)(target, builder, value)
+            pointers.append(builder.bitcast(array.data, memory))
+        kind = ir.FunctionType(ir.VoidType(), [memory] * len(pointers))
+        builder.call(builder.inttoptr(values[0], kind.as_pointer()), pointers)
+        return target.get_dummy_value()
+
+    return types.void(address, types.StarArgTuple(arguments)), generate

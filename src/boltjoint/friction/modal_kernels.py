@@ -37,7 +37,9 @@ def sum_stiffness(
                 if end < samples:
                     stiffness[end, r, s] -= k
     for sample in range(1, samples):
-        stiffness[sample] += stiffness[sample - 1]
+        for r in range(modes):
+            for s in range(modes):
+                stiffness[sample, r, s] += stiffness[sample - 1, r, s]
 
 
 @kept_loop

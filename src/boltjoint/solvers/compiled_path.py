@@ -27,14 +27,11 @@ from boltjoint.solvers.compiled_steps import (
     System,
     Work,
     copy_to,
-    correct,
     make_place,
     make_work,
     norm,
     scale_at,
-    settle,
     size_of,
-    solve_at,
 )
 from boltjoint.solvers.corners import CORNER_STEP
 from boltjoint.solvers.equations import Solution, SolutionBranch
@@ -82,7 +79,8 @@ def _reach(
     place: Place,
 ) -> int:
     """Solve at a distance from a place, and settle there in its distances; as ``correct``."""
-    iterations = correct(system, here, distance, limits, work)
+    call(system.correct, system, here, distance, limits, work)
+    iterations = work.outcome[0]
     if iterations >= 0:
         p, size, scale = here.numbers[P], here.numbers[SIZE], here.numbers[SCALE]
         for j in range(work.x.size):
@@ -90,7 +88,7 @@ def _reach(
         place.arrival[-1] = work.offset[-1] * scale
         p += place.arrival[-1]
         call(system.form_jacobian, system.arrays, work.x, p, work.jacobian)
-        settle(system, p, size, scale, work, place)
+        call(system.settle, system, p, size, scale, work, place)
     return iterations
 
 
@@ -111,10 +109,11 @@ def _locate(
     before, at, other = 0.0, length, 0.0
     f_before, f_at, f_other = here.numbers[SLOPE], 0.0, 0.0
     last, move = 0.0, 0.0
+    is_found = False
     for evaluation in range(_MOST_ITERATIONS):
         iterations = _reach(system, here, at, limits, work, place)
-        if iterations < 0:
-            return -1
+        if iterations < 0 or is_found:
+            return iterations
         f_at = place.numbers[SLOPE]
         if evaluation == 0 and f_at > 0.0:
             return -1
@@ -130,7 +129,10 @@ def _locate(
         if f_at == 0.0 or abs(bisection) < delta:
             if not swapped:
                 return iterations
-            return _reach(system, here, at, limits, work, place) if at > 0.0 else -1
+            if not at > 0.0:
+                return -1
+            is_found = True
+            continue
         attempt = np.inf
         if abs(last) > delta and abs(f_at) < abs(f_before):
             if before == other:
@@ -170,7 +172,8 @@ def _advance(
     size, scale, n = here.numbers[SIZE], here.numbers[SCALE], here.x.size
     updated = False
     while length >= limits.smallest_step:
-        iterations = correct(system, here, length, limits, work)
+        call(system.correct, system, here, length, limits, work)
+        iterations = work.outcome[0]
         if iterations < 0 and not updated:
             # the tangent of the Jacobian at the solution itself
             copy_to(work.x, here.x)
@@ -181,7 +184,7 @@ def _advance(
             for j in range(n):
                 renewed.arrival[j] *= size
             renewed.arrival[n] *= scale
-            settle(system, here.numbers[P], size, scale, work, renewed)
+            call(system.settle, system, p, size, scale, work, renewed)
             copy_to(here.tangent, renewed.tangent)
             here.numbers[SLOPE] = renewed.numbers[SLOPE]
             updated = True
@@ -226,29 +229,35 @@ def follow(system: System, start: Vector, window: tuple[float, float], limits: L
     limits
         Step lengths, tolerances and scales.
     """
-    try:
-        return _follow(system, start, window, limits)
-    except np.linalg.LinAlgError:
-        # a singular matrix, or one that has overflowed
-        nothing = np.empty((1, 0)), np.empty(0), np.empty(0, np.int64), np.empty(0, np.bool_)
-        return Path(*nothing, 0, False)
+    n = start.size
+    return _follow(system, start, window, limits, make_work(n), *(make_place(n) for _ in range(3)))
 
 
 @kept_loop
-def _follow(system: System, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
+def _follow(
+    system: System,
+    start: Vector,
+    window: tuple[float, float],
+    limits: Limits,
+    work: Work,
+    here: Place,
+    ahead: Place,
+    peak: Place,
+) -> Path:
     """As ``follow``."""
     n, (begin, end) = start.size, window
     sense = 1.0 if end > begin else -1.0
     xs, ps = np.empty((_ROOM, n)), np.empty(_ROOM)
     iterations, located = np.zeros(_ROOM, np.int64), np.zeros(_ROOM, np.bool_)
-    work, here, ahead, peak = make_work(n), make_place(n), make_place(n), make_place(n)
     copy_to(work.x, start)
-    iterations[0], converged = solve_at(system, begin, limits, work)
-    if not converged:
+    call(system.solve_at, system, begin, limits, work)
+    iterations[0] = work.outcome[0]
+    if not work.outcome[1]:
         return Path(xs, ps, iterations, located, 0, False)
     here.arrival[n] = sense
     largest = norm(work.x)
-    settle(system, begin, size_of(work.x, largest), scale_at(begin, limits), work, here)
+    size, scale = size_of(work.x, largest), scale_at(begin, limits)
+    call(system.settle, system, begin, size, scale, work, here)
     here.arrival[n] = 0.0
     ps[0] = begin
     copy_to(xs[0], here.x)
@@ -268,7 +277,8 @@ def _follow(system: System, start: Vector, window: tuple[float, float], limits: 
             ahead.arrival[j] = work.offset[j] * here.numbers[SIZE]
         ahead.arrival[n] = work.offset[n] * here.numbers[SCALE]
         largest = max(largest, norm(work.x))
-        settle(system, p, size_of(work.x, largest), scale_at(p, limits), work, ahead)
+        size, scale = size_of(work.x, largest), scale_at(p, limits)
+        call(system.settle, system, p, size, scale, work, ahead)
         if ahead.numbers[ORIENTATION] * orientation < 0.0:
             break  # the step ends on another part of the branch
         if count + 2 > ps.size:
@@ -289,8 +299,9 @@ def _follow(system: System, start: Vector, window: tuple[float, float], limits: 
             for j in range(n):
                 work.x[j] = here.x[j] + fraction * ahead.arrival[j]
             ahead.numbers[P] = end
-            step_iterations, converged = solve_at(system, end, limits, work)
-            if not converged:
+            call(system.solve_at, system, end, limits, work)
+            step_iterations = work.outcome[0]
+            if not work.outcome[1]:
                 finished = False
                 break
             copy_to(ahead.x, work.x)

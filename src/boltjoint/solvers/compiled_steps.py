@@ -9,68 +9,16 @@ from math import isfinite, sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numba.extending import get_cython_function_address
 from numpy.typing import NDArray
 
-from boltjoint.compiled import address_of, call, loop, summing_loop
+from boltjoint.compiled import address_of, call, call_c, kept_loop, loop, summing_loop
 from boltjoint.solvers.corrector import SMALLEST_SHARE
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
-
-
-#: by functions and types of arrays
-_ADDRESSES: dict[tuple[object, ...], tuple[int, int, int, int]] = {}
-
-
-def _types(value: object) -> object:
-    """What compiled functions are compiled for, of named tuples of arrays and numbers."""
-    if isinstance(value, tuple):
-        return type(value), *map(_types, value)
-    if isinstance(value, np.ndarray):
-        return value.dtype, value.ndim, value.flags.carray
-    return type(value)
-
-
-class System(NamedTuple):
-    """Equations in compiled loops: addresses of compiled functions (``compiled.call``), and arrays.
-
-    Attributes
-    ----------
-    evaluate
-        ``(arrays, x, p, residual)`` writes the residual at x and p; what its derivatives need is
-        kept in the arrays.
-    form_jacobian
-        ``(arrays, x, p, jacobian)`` writes the Jacobian where the residual was evaluated last.
-    form_parameter_derivative
-        ``(arrays, x, p, derivative)`` writes the derivative of the residual by p there.
-    observe
-        ``(arrays, x, dx, observed)`` writes the quantity whose maxima are located, and its
-        derivative in the direction dx or a number of the same sign.
-    arrays
-        A named tuple.
-    """
-
-    evaluate: int
-    form_jacobian: int
-    form_parameter_derivative: int
-    observe: int
-    arrays: tuple
-
-    @classmethod
-    def of(cls, functions: tuple[Callable, ...], arrays: tuple) -> "System":
-        """The equations of these four compiled functions, in the order above."""
-        key = functions, _types(arrays)
-        if key not in _ADDRESSES:
-            x, jacobian = np.zeros(0), np.zeros((0, 0))
-            examples = (0.0, x), (0.0, jacobian), (0.0, x), (x, x)
-            evaluate, form_jacobian, form_parameter_derivative, observe = (
-                address_of(function, arrays, x, *example)
-                for function, example in zip(functions, examples, strict=True)
-            )
-            _ADDRESSES[key] = evaluate, form_jacobian, form_parameter_derivative, observe
-        return cls(*_ADDRESSES[key], arrays)
 
 
 class Limits(NamedTuple):
@@ -115,10 +63,6 @@ class Limits(NamedTuple):
 #: systems up to this size are solved in place, larger ones by LAPACK
 LARGEST_ELIMINATED = 40
 
-#: cosine of the turn in a step above which the orientation of a large system is not asked for: one
-#: of another part of the branch turns more, and LAPACK's sign costs another factorisation
-SMALLEST_COSINE = 0.99
-
 #: parameter, size of the unknown, scale of the parameter; what is observed, and its slope;
 #: orientation of the branch (``Corrector.orientation``), 0 where it is not known
 P, SIZE, SCALE, VALUE, SLOPE, ORIENTATION = range(6)
@@ -147,7 +91,11 @@ class Place(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Arrays of a loop: a solution x with its offset in distances, and linear systems."""
+    """Arrays of a loop: a solution x with its offset in distances, and linear systems.
+
+    ``outcome``: iterations of a solution, and whether it converged; ``sign`` as of
+    ``solve_in_place``, and from ``columns`` on what it gives to LAPACK.
+    """
 
     x: Vector
     offset: Vector
@@ -157,22 +105,107 @@ class Work(NamedTuple):
     matrix: Matrix
     right: Vector
     trial: Vector
+    outcome: NDArray[np.int64]
+    sign: Vector
+    columns: Vector
+    pivots: NDArray[np.int32]
+    order: NDArray[np.int32]
+    single: NDArray[np.int32]
+    info: NDArray[np.int32]
 
 
-@loop
 def make_place(n: int) -> Place:
     """A place for n unknowns."""
     return Place(np.zeros(n), np.zeros(6), np.zeros(n + 1), np.zeros(n + 1))
 
 
-@loop
 def make_work(n: int) -> Work:
     """The arrays for n unknowns."""
     m = n + 1
     return Work(
         *(np.zeros(n), np.zeros(m), np.zeros(n), np.zeros((n, n)), np.zeros(n)),
-        *(np.zeros((m, m)), np.zeros(m), np.zeros(n)),
+        *(np.zeros((m, m)), np.zeros(m), np.zeros(n), np.zeros(2, np.int64), np.zeros(1)),
+        *(np.zeros(m * m), np.zeros(m, np.int32)),
+        *(np.zeros(1, np.int32), np.ones(1, np.int32), np.zeros(1, np.int32)),
     )
+
+
+class System(NamedTuple):
+    """Equations in compiled loops, and the steps of their solution: addresses, and arrays.
+
+    At the addresses are compiled functions (``compiled.call``), so that each is compiled once,
+    whatever calls it.
+
+    Attributes
+    ----------
+    evaluate
+        ``(arrays, x, p, residual)`` writes the residual at x and p; what its derivatives need is
+        kept in the arrays.
+    form_jacobian
+        ``(arrays, x, p, jacobian)`` writes the Jacobian where the residual was evaluated last.
+    form_parameter_derivative
+        ``(arrays, x, p, derivative)`` writes the derivative of the residual by p there.
+    observe
+        ``(arrays, x, dx, observed)`` writes the quantity whose maxima are located, and its
+        derivative in the direction dx or a number of the same sign.
+    solve, solve_at, settle, correct
+        As ``solve_in_place`` and the functions of these names.
+    lapack
+        Its ``dgesv``.
+    arrays
+        A named tuple.
+    """
+
+    evaluate: int
+    form_jacobian: int
+    form_parameter_derivative: int
+    observe: int
+    solve: int
+    solve_at: int
+    settle: int
+    correct: int
+    lapack: int
+    arrays: tuple
+
+    @classmethod
+    def of(cls, functions: tuple[Callable, ...], arrays: tuple) -> "System":
+        """The equations of these four compiled functions, in the order above."""
+        key = functions, _types(arrays)
+        if key not in _ADDRESSES:
+            x, jacobian = np.zeros(0), np.zeros((0, 0))
+            examples = (0.0, x), (0.0, jacobian), (0.0, x), (x, x)
+            evaluate, form_jacobian, form_parameter_derivative, observe = (
+                address_of(function, arrays, x, *example)
+                for function, example in zip(functions, examples, strict=True)
+            )
+            example = cls(0, 0, 0, 0, 0, 0, 0, 0, 0, arrays)
+            limits, work, place = Limits.of(StepControl(), 1.0, 1.0), make_work(1), make_place(1)
+            _ADDRESSES[key] = cls(
+                evaluate=evaluate,
+                form_jacobian=form_jacobian,
+                form_parameter_derivative=form_parameter_derivative,
+                observe=observe,
+                solve=address_of(solve_in_place, 0, work, 0),
+                solve_at=address_of(solve_at, example, 0.0, limits, work),
+                settle=address_of(settle, example, 0.0, 0.0, 0.0, work, place),
+                correct=address_of(correct, example, place, 0.0, limits, work),
+                lapack=get_cython_function_address("scipy.linalg.cython_lapack", "dgesv"),
+                arrays=(),
+            )
+        return _ADDRESSES[key]._replace(arrays=arrays)
+
+
+#: by functions and types of arrays
+_ADDRESSES: dict[tuple[object, ...], System] = {}
+
+
+def _types(value: object) -> object:
+    """What compiled functions are compiled for, of named tuples of arrays and numbers."""
+    if isinstance(value, tuple):
+        return type(value), *map(_types, value)
+    if isinstance(value, np.ndarray):
+        return value.dtype, value.ndim, value.flags.carray
+    return type(value)
 
 
 @loop
@@ -191,24 +224,37 @@ def norm(vector: Vector) -> float:
     return sqrt(total)
 
 
-@loop
-def solve_in_place(matrix: Matrix, right: Vector, n: int) -> float:
-    """Solve for the first n, by Gaussian elimination with partial pivoting: the determinant's sign.
+@kept_loop
+def solve_in_place(lapack: int, work: Work, n: int) -> None:
+    """Solve ``matrix`` for the first n of ``right``; ``sign`` is that of the determinant.
 
-    0 if that fails. LAPACK solves large systems without a sign, for which 1 stands, and raises
-    LinAlgError; it leaves the matrix as it is.
+    The sign is 0 if that fails. Gaussian elimination with partial pivoting: of small systems in
+    ``matrix`` itself, of large ones by LAPACK's ``dgesv`` at this address.
     """
+    matrix, right, sign = work.matrix, work.right, 1.0
     if n > LARGEST_ELIMINATED:
-        right[:n] = np.linalg.solve(matrix[:n, :n], right[:n])
-        return 1.0
-    sign = 1.0
+        columns, pivots = work.columns, work.pivots
+        for j in range(n):
+            for i in range(n):
+                columns[j * n + i] = matrix[i, j]
+        work.order[0] = n
+        order, info = work.order, work.info
+        call_c(lapack, order, work.single, columns, order, pivots, right, order, info)
+        for k in range(n):
+            if (columns[k * n + k] < 0.0) != (pivots[k] != k + 1):
+                sign = -sign
+            if not isfinite(right[k]):
+                sign = 0.0
+        work.sign[0] = sign if info[0] == 0 else 0.0
+        return
+    work.sign[0] = 0.0
     for k in range(n):
         pivot = k
         for i in range(k + 1, n):
             if abs(matrix[i, k]) > abs(matrix[pivot, k]):
                 pivot = i
         if not abs(matrix[pivot, k]) > 0.0:
-            return 0.0
+            return
         if matrix[pivot, k] < 0.0:
             sign = -sign
         if pivot != k:
@@ -226,8 +272,8 @@ def solve_in_place(matrix: Matrix, right: Vector, n: int) -> float:
             right[k] -= matrix[k, j] * right[j]
         right[k] /= matrix[k, k]
         if not isfinite(right[k]):
-            return 0.0
-    return sign
+            return
+    work.sign[0] = sign
 
 
 @summing_loop
@@ -242,9 +288,9 @@ def _smallest_residual(limits: Limits, x: Vector, jacobian: Matrix) -> float:
     return max(limits.tolerance * limits.residual_scale, ROUNDING * sqrt(total))
 
 
-@loop
-def solve_at(system: System, p: float, limits: Limits, work: Work) -> tuple[int, bool]:
-    """Solve for ``work.x`` at p, as ``newton.newton``: iterations, and whether it converged."""
+@kept_loop
+def solve_at(system: System, p: float, limits: Limits, work: Work) -> None:
+    """Solve for ``work.x`` at p, as ``newton.newton``; ``work.outcome`` tells how."""
     x, n, size, damping = work.x, work.x.size, np.inf, 1.0
     matrix, correction = work.matrix, work.right
     copy_to(work.trial, x)
@@ -261,22 +307,24 @@ def solve_at(system: System, p: float, limits: Limits, work: Work) -> tuple[int,
             if iteration == 0:
                 call(system.form_jacobian, system.arrays, x, p, work.jacobian)
             converged = size <= _smallest_residual(limits, x, work.jacobian)
+            work.outcome[0], work.outcome[1] = iteration, converged
             if converged or iteration == limits.maximum_iterations:
-                return iteration, converged
+                return
             if iteration > 0:
                 call(system.form_jacobian, system.arrays, x, p, work.jacobian)
             for i in range(n):
                 correction[i] = work.residual[i]
                 for j in range(n):
                     matrix[i, j] = work.jacobian[i, j]
-            if solve_in_place(matrix, correction, n) == 0.0:
-                return iteration, False
+            call(system.solve, system.lapack, work, n)
+            if work.sign[0] == 0.0:
+                return
             iteration += 1
         for i in range(n):
             work.trial[i] = x[i] - damping * correction[i]
 
 
-@loop
+@kept_loop
 def settle(
     system: System,
     p: float,
@@ -306,19 +354,15 @@ def settle(
     for j in range(n + 1):
         matrix[n, j] = tangent[j] / length
     right[n] = 1.0
-    sign = solve_in_place(matrix, right, n + 1)
-    if sign != 0.0:
-        # that of the branch is cos over length, and the products of unit vectors are cosines
-        if n + 1 > LARGEST_ELIMINATED:
-            is_straight = norm(right) * SMALLEST_COSINE <= 1.0
-            sign = 0.0 if is_straight else np.linalg.slogdet(matrix[: n + 1, : n + 1])[0]
+    call(system.solve, system.lapack, work, n + 1)
+    if work.sign[0] != 0.0:
         copy_to(tangent, right)
         length = norm(right)
     for j in range(n + 1):
         tangent[j] /= length
     copy_to(place.x, work.x)
     place.numbers[P], place.numbers[SIZE], place.numbers[SCALE] = p, size, scale
-    place.numbers[ORIENTATION] = sign
+    place.numbers[ORIENTATION] = work.sign[0]
     for j in range(n):
         work.trial[j] = tangent[j] * size
     call(system.observe, system.arrays, place.x, work.trial, place.numbers[VALUE:])
@@ -338,21 +382,22 @@ def scale_at(p: float, limits: Limits) -> float:
     return min(limits.largest_scale, limits.relative_scale * abs(p))
 
 
-@loop
+@kept_loop
 def correct(
     system: System,
     place: Place,
     radius: float,
     limits: Limits,
     work: Work,
-) -> int:
-    """Solve on a sphere around a place, as ``Corrector.correct``: iterations, -1 if it fails.
+) -> None:
+    """Solve on a sphere around a place, as ``Corrector.correct``.
 
-    The solution is ``work.x``, at ``work.offset`` from the place, where the residual was evaluated
-    last.
+    The iterations are ``work.outcome[0]``, -1 if it fails. The solution is ``work.x``, at
+    ``work.offset`` from the place, where the residual was evaluated last.
     """
     n, x, offset, matrix, right = work.x.size, work.x, work.offset, work.matrix, work.right
     p, size, scale = place.numbers[P], place.numbers[SIZE], place.numbers[SCALE]
+    work.outcome[0] = -1
     for j in range(n + 1):
         offset[j] = radius * place.tangent[j]
     for iteration in range(limits.maximum_iterations + 1):
@@ -373,7 +418,9 @@ def correct(
             along = 0.0
             for j in range(n + 1):
                 along += offset[j] * place.tangent[j]
-            return -1 if along < limits.smallest_cosine * radius else iteration
+            if along >= limits.smallest_cosine * radius:
+                work.outcome[0] = iteration
+            return
         call(system.form_parameter_derivative, system.arrays, x, at, work.by_parameter)
         for i in range(n):
             for j in range(n):
@@ -383,8 +430,8 @@ def correct(
         for j in range(n + 1):
             matrix[n, j] = 2.0 * offset[j] / radius
         right[n] = sphere
-        if solve_in_place(matrix, right, n + 1) == 0.0 or norm(right) > 2.0 * radius:
-            return -1
+        call(system.solve, system.lapack, work, n + 1)
+        if work.sign[0] == 0.0 or norm(right) > 2.0 * radius:
+            return
         for j in range(n + 1):
             offset[j] -= right[j]
-    return -1
