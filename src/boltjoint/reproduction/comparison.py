@@ -192,6 +192,21 @@ _STATED = {
 }
 _DIVISIONS = {"constant": "similar loads", "variable": "by the load along the middle"}
 
+#: keys of a case without which it is another joint than that of the source
+_OF_JOINT = (
+    *("assembly", "preload_N", "law", "friction_coefficient"),
+    *("tangential_stiffness_N_per_m", "normal_stiffness_N_per_m"),
+)
+
+
+def _differs(value: str, printed: str) -> bool:
+    """Whether a quantity is not that which the source prints, if it does."""
+    try:
+        return abs(float(value) - float(printed)) > _SAME * abs(float(printed))
+    except ValueError:
+        return bool(printed) and value != printed
+
+
 #: what sets published values beside those of a table, by its kind
 _TABLES = {
     "natural_frequencies": frequencies_beside,
@@ -274,6 +289,7 @@ class ThesisComparison(Comparison):
         quantities
             Words, value and key of each quantity of the case.
         """
+        quantities = list(quantities)
         facts = self.published.case_study()
         columns: dict[str, list[str]] = {}
         if facts:
@@ -292,6 +308,13 @@ class ThesisComparison(Comparison):
         notes = [numbers_in_source("Table", list(tables["table"][is_of_case]))]
         implied = self.published.implied_preload()
         statement = thesis().implied_preload(facts, implied) if implied else Markup()
+        others = [
+            (words, value, printed[_COLUMNS[key]])
+            for words, value, key in quantities
+            if facts and key in _OF_JOINT and _differs(value, printed[_COLUMNS[key]])
+        ]
+        if others:
+            statement = thesis().another_joint(others) + statement
         return Beside(columns, notes, statement)
 
     def dimensions(self, assemblies: Iterable[str]) -> Beside:
