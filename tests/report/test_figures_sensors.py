@@ -32,6 +32,10 @@ def test_the_table_has_the_peak_of_each_sensor(response):
         assert tip["peak_mm_per_N"] == pytest.approx(float(expected), rel=1e-12)
         assert half["peak_mm_per_N"] == pytest.approx(tip["peak_mm_per_N"] / 2, rel=1e-12)
         assert half["peak_frequency_Hz"] == tip["peak_frequency_Hz"]
+    assert (table["harmonics"] == 1).all() and (table["error"] == "not tested").all()
+    bars = response["force_level"].copy(data=[0.01, 0.25])
+    table = tabulate_sensors(response.assign(peak_amplitude_error=bars))
+    assert table["error_of_output_percent"].tolist() == [1.0, 25.0] * 2 and "error" not in table
 
 
 def test_the_figure_has_a_panel_for_each_sensor(response):

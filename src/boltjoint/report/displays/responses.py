@@ -264,7 +264,8 @@ def sensors(artefact: Artefact, results: "Results") -> "Figure":
     job="basis_{case}_{basis}",
     order=2,
     title="sensors around resonance {resonance} in {basis}",
-    caption="Largest amplitude of each sensor in the response, and where it is.",
+    caption="Largest amplitude of each sensor in the response, and where it is. Its own error is "
+    "not tested: that of the output point, of the same motion, stands beside it where it is known.",
 )
 def peaks_of_sensors(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Largest amplitude of each sensor, by level."""

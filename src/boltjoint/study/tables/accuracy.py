@@ -217,7 +217,8 @@ def tabulate_sensors(response: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns ``sensor, force_N, peak_frequency_Hz, peak_mm_per_N``, empty where the branch has no
-        peak.
+        peak, ``harmonics`` and ``error_of_output_percent``, the error bar of the response of the
+        output point with these harmonics; ``error`` in words where that is not known.
 
     Raises
     ------
@@ -231,12 +232,25 @@ def tabulate_sensors(response: xr.Dataset) -> pd.DataFrame:
         )
         for quantity in ("frequency", "amplitude")
     )
-    rows = []
-    for i, name in enumerate(response["sensor"].to_numpy()):
-        for j, force in enumerate(levels):
-            rows.append((str(name), float(force), frequency[i, j], 1e3 * amplitude[i, j] / force))
-    columns = ["sensor", "force_N", "peak_frequency_Hz", "peak_mm_per_N"]
-    return pd.DataFrame(rows, columns=columns)
+    bars = response.get("peak_amplitude_error", xr.full_like(response["force_level"], np.nan))
+    is_tested = bool(bars.notnull().any())
+    rows = [
+        {
+            "sensor": str(name),
+            "force_N": float(force),
+            "peak_frequency_Hz": frequency[i, j],
+            "peak_mm_per_N": 1e3 * amplitude[i, j] / force,
+            "harmonics": harmonics_of_level(response, j),
+            **(
+                {"error_of_output_percent": 100 * float(bars[j])}
+                if is_tested
+                else {"error": "not tested"}
+            ),
+        }
+        for i, name in enumerate(response["sensor"].to_numpy())
+        for j, force in enumerate(levels)
+    ]
+    return pd.DataFrame(rows)
 
 
 def _error_estimates(at: xr.Dataset) -> dict[str, Any]:
