@@ -133,6 +133,14 @@ def test_page_of_accuracy_has_structure_models_bases_and_regions(page_of_accurac
     assert not repeated_ids(page_of_accuracy)
 
 
+def test_a_contact_adapted_basis_without_converged_peaks_is_named_and_claims_none(page_of_accuracy):
+    page = plain(page_of_accuracy)
+    assert "of the largest contact-adapted basis.</strong>" in page
+    assert "No basis of this study" not in page
+    assert "the error of those that a model leaves out is not in it" in page
+    assert "converge (" not in page
+
+
 def test_page_of_accuracy_sums_up_by_the_largest_errors(page_of_accuracy):
     tables = {
         re.search("<strong>(.*?)</strong>", each)[1]: [

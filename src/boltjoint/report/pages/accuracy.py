@@ -129,10 +129,14 @@ def accuracy_page(
     """
     content = PageContent(artefacts, results, comparison)
     sections = []
-    if any(
-        artefact.basis is not None and artefact.basis.is_contact_adapted for artefact in artefacts
-    ):
-        body = _TEXT.reading(comparison.words)
+    adapted = [
+        artefact
+        for artefact in artefacts
+        if artefact.basis is not None and artefact.basis.is_contact_adapted
+    ]
+    if adapted:
+        has_all = any(artefact.kind == "harmonic_peaks" for artefact in adapted)
+        body = _TEXT.reading(comparison.words, has_all)
         sections.append(Section("reading", "Reading the results", body))
     if body := _patterns(content):
         sections.append(Section("patterns", "Bases against the finite-element model", body))
@@ -154,7 +158,7 @@ def accuracy_page(
             for kind, (title, body) in parts.items()
             if body
         ]
-    lead = reference_statement(content) + _TEXT.lead()
+    lead = reference_statement(content, bool(adapted)) + _TEXT.lead()
     if body := _sampling(content):
         sections.append(Section("sampling", "Friction forces by AFT", body, is_folded=True))
     sections += content.remainder()

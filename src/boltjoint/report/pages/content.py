@@ -218,11 +218,11 @@ _BASIS = "basis_amplitude_error_percent"
 _LEFT_OUT = "amplitude_truncation_error_percent"
 
 
-def reference_statement(content: PageContent) -> Markup:
+def reference_statement(content: PageContent, has_adapted: bool) -> Markup:
     """The reference of all errors, what is known of its own, and what few harmonics leave out.
 
     It takes the tables of peaks with more harmonics from the content: those of contact-adapted
-    bases count, where there are any.
+    bases count, where there are any. ``has_adapted`` where the study has such a basis.
     """
     tables = []
     while table := content.table("harmonic_peaks"):
@@ -234,12 +234,12 @@ def reference_statement(content: PageContent) -> Markup:
     ]
     peaks = pd.concat(
         [pd.DataFrame(columns=["force_N", "harmonics", _ERROR, _BASIS, _LEFT_OUT])]
-        + [table.frame for table in adapted or tables]
+        + [table.frame for table in (adapted if has_adapted else tables)]
     )
     fewest = with_fewest_harmonics(peaks)
     forces = sorted(fewest.dropna(subset=_ERROR)["force_N"].unique())
     return prose("statements").reference(
-        bool(adapted),
+        has_adapted,
         *(_largest(peaks, column) for column in (_BASIS, _LEFT_OUT)),
         in_words(fewest["harmonics"]),
         largest_errors(fewest),
