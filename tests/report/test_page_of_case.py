@@ -46,7 +46,7 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     assert "70.5 Hz (± 0.04 %) and 1.2 mm/N (± 2.9 %) at 0.001 N; 70.5 Hz (±" in lead
     # the first table has it too, and what one harmonic leaves out beside it
     first = plain(re.sub("<.*?>", " ", page.split("<table")[1]))
-    assert "70.50 0.04 1.2 2.90 70.61 1.5 25" in first
+    assert "70.50 0.04 1.2 2.9 70.61 1.5 25" in first
     assert page.index("estimated to be off by up to 2.4 %") < page.index("Configuration")
     for text in ("not tested", "converged_peaks: true"):
         assert text not in page
@@ -55,6 +55,9 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     edit("accuracy", lambda frame: frame.assign(**share))
     page = plain(write(artefacts))
     assert "At 50 N the structure moves by 91 % of its length at the peak" in page
+    first = page.split("<table")[1].split("</table>")[0]
+    assert re.findall('<tr class="marked"><td class="number first">([^<]*)', first) == ["50"]
+    assert "Rows that are marked are beyond a limit" in page
     assert "of the yield strength" not in page and "355 MPa" not in page
     shares = {
         "slip_over_clearance_percent": [9.0] * 12,
@@ -69,6 +72,8 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     assert "The error of the basis free-4 is not tested" in page
     # a bar without the basis would say too little
     assert "70.5 Hz and 1.2 mm/N at 0.001 N" in page and "±\u00a0" not in page and "(± " not in page
+    of_responses = page.split("Errors of every response")[1].split("</table>")[0]
+    assert "±" in of_responses and "not tested" in of_responses and "2.9" not in of_responses
 
 
 def test_a_study_without_converged_peaks_claims_none(artefacts):
@@ -99,6 +104,15 @@ def test_facts_stand_beside_those_of_the_source(page):
     assert "friction elements, node to node 1178 1183" in facts
     assert "loss factor 0.002 not given" in facts
     assert "add up to what 37976 N per bolt would give" in plain(page)
+
+
+def test_another_joint_than_that_of_the_source_is_told(artefacts, page):
+    told = "another joint than that of the source"
+    assert "preload per bolt (N) is 37976, 10000 in the source. Values of" in plain(
+        re.sub("<.*?>", "", page)
+    )
+    assert told in page and told not in write(artefacts, preload_N=10000)
+    assert told not in write(artefacts, published=None)
 
 
 def test_a_stiffness_per_area_is_told_as_such(artefacts, page):

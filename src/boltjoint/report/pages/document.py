@@ -71,12 +71,13 @@ def table_with_caption(
     file: str | None = None,
     groups: Sequence[str] = (),
     verbatim: bool = False,
+    marked: Sequence[bool] = (),
 ) -> Markup:
     """A table with its caption above it.
 
     Parameters
     ----------
-    frame, groups, verbatim
+    frame, groups, verbatim, marked
         As for ``html_table``.
     title, notes
         First line of the caption and its further paragraphs; empty ones are left out.
@@ -85,7 +86,7 @@ def table_with_caption(
     file
         The file of the whole table, seen from the page.
     """
-    content = html_table(frame, groups, verbatim)
+    content = html_table(frame, groups, verbatim, marked)
     tall = len(frame) > _TALL_TABLE
     return prose("captions").table(content, tall, anchor, title, list(notes), file)
 

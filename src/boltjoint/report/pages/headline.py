@@ -24,6 +24,9 @@ from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
 from boltjoint.study.tables.html import number
 
+#: peaks that a sentence tells all of
+_FEW = 4
+
 #: share of the way from sticking to no contact by which slip shows in the natural frequency
 SHOWS = 0.01
 
@@ -127,9 +130,6 @@ REACHED = {
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
 
-#: columns of the error bars of peaks with all harmonics
-_BARS = tuple(f"converged_{what}_error_bar_percent" for what in ("frequency", "amplitude"))
-
 
 def peaks_of_reference(accuracy: pd.DataFrame, resonance: int) -> pd.DataFrame:
     """Peaks of the node-to-node joint by force, with all harmonics and as solved.
@@ -162,10 +162,7 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     columns = {("", "force_N"): rows["force_N"]}
     if "converged_peak_mm_per_N" in rows:
         all_harmonics, off = rows["converged_peak_mm_per_N"], "off_by_percent"
-        is_tested = rows["basis_amplitude_error_percent"].notna().any()
-        of_frequency, of_response = (
-            _or_not_tested(rows[bar] if is_tested else unknown, all_harmonics) for bar in _BARS
-        )
+        of_frequency, of_response = (error_bars(rows, what) for what in ("frequency", "amplitude"))
         columns |= {
             (ALL, "frequency_Hz"): rows["converged_peak_frequency_Hz"],
             (ALL, "frequency_±_percent"): of_frequency,
@@ -189,6 +186,24 @@ def peaks_of_coordinates(rows: pd.DataFrame) -> pd.DataFrame:
     frame = pd.DataFrame(columns)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
     return frame
+
+
+def error_bars(rows: pd.DataFrame, what: str) -> pd.Series:
+    """Error bars [%] of the peaks with all harmonics of a table of accuracy, of two digits.
+
+    Parameters
+    ----------
+    rows
+        Of any coordinates, in a basis: where its error is not estimated, bars that lack it would
+        say too little, and are not tested.
+    what
+        ``frequency`` or ``amplitude``.
+    """
+    bars = rows[f"converged_{what}_error_bar_percent"]
+    if rows["basis_amplitude_error_percent"].isna().all():
+        bars = pd.Series(np.nan, rows.index)
+    rounded = bars.map(lambda bar: float(f"{bar:.2g}"), na_action="ignore")
+    return _or_not_tested(rounded, rows["converged_peak_mm_per_N"])
 
 
 def _or_not_tested(errors: pd.Series, response: pd.Series) -> pd.Series:
@@ -264,11 +279,14 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
         return Markup()
     estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
-    limits = [_TEXT.limits(REACHED[STRESS.name] in peaks)] if _has_limits(peaks) else []
+    beyond = _is_beyond(peaks)
+    has_stress = REACHED[STRESS.name] in peaks
+    limits = [_TEXT.limits(has_stress, beyond.any())] if _has_limits(peaks) else []
     if harmonics := in_words(peaks[SOLVED, "harmonics"]):
         peaks = peaks.rename(columns={SOLVED: f"with {harmonics}"}, level=0)
     peaks = peaks.drop(columns="harmonics", level=1)
-    return table_with_caption(peaks, f"Peaks of {name} in {basis}", [notes, *limits])
+    title = f"Peaks of {name} in {basis}"
+    return table_with_caption(peaks, title, [notes, *limits], marked=beyond.tolist())
 
 
 def statement_of(rows: pd.DataFrame) -> str:
@@ -293,6 +311,15 @@ def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
     return beyond
 
 
+def _is_beyond(peaks: pd.DataFrame) -> pd.Series:
+    """Whether each peak is beyond a limit of the model."""
+    beyond = pd.Series(False, peaks.index)
+    for limit in LIMITS:
+        if REACHED[limit.name] in peaks:
+            beyond |= peaks[REACHED[limit.name]] > 100 * limit.tolerated
+    return beyond
+
+
 def _has_limits(peaks: pd.DataFrame) -> bool:
     return any(column in peaks for column in REACHED.values())
 
@@ -306,7 +333,7 @@ def _is_untested(peaks: pd.DataFrame) -> bool:
 
 
 def _peaks_in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N") -> str:
-    """The first and the last of some peaks, and between them that with the least response.
+    """Some peaks: all of few, else the first, the last and that with the least response.
 
     ``is_complete`` tells of more rows by their labels whether branches cross their windows.
     """
@@ -315,6 +342,8 @@ def _peaks_in_words(peaks: pd.DataFrame, is_complete: pd.Series, unit: str = "N"
     response = peaks[ALL if ALL in peaks else SOLVED, "response_mm_per_N"]
     known = response.reset_index(drop=True).dropna()
     places = {0, len(peaks) - 1} | ({int(known.idxmin())} if len(known) else set())
+    if len(peaks) <= _FEW:
+        places = set(range(len(peaks)))
     lacks = _is_untested(peaks)
     return "; ".join(
         peak_in_words(

@@ -61,7 +61,12 @@ def table_page(frame: pd.DataFrame, title: str) -> str:
     return page.render(title=title, table=html_table(frame)) + "\n"
 
 
-def html_table(frame: pd.DataFrame, groups: Sequence[str] = (), verbatim: bool = False) -> Markup:
+def html_table(
+    frame: pd.DataFrame,
+    groups: Sequence[str] = (),
+    verbatim: bool = False,
+    marked: Sequence[bool] = (),
+) -> Markup:
     """A table as HTML, all numbers of a column with the same decimals.
 
     Parameters
@@ -73,6 +78,8 @@ def html_table(frame: pd.DataFrame, groups: Sequence[str] = (), verbatim: bool =
         Leading columns whose repeated entries are printed once.
     verbatim
         Whether headings are printed as they are, such as names of assemblies.
+    marked
+        Of each row, whether it stands out; by default of none.
     """
     pairs = [column if isinstance(column, tuple) else ("", column) for column in frame]
     spans, names = [span for span, _ in pairs], [name for _, name in pairs]
@@ -88,8 +95,12 @@ def html_table(frame: pd.DataFrame, groups: Sequence[str] = (), verbatim: bool =
         spans=_spans(spans, first),
         headings=zip(headings, styles, strict=True),
         rows=(
-            (new, zip(cells, styles, strict=True))
-            for new, cells in _rows(_printed(columns, names), len(groups))
+            ((new * "new " + stands_out * "marked").strip(), zip(cells, styles, strict=True))
+            for (new, cells), stands_out in zip(
+                _rows(_printed(columns, names), len(groups)),
+                marked or [False] * len(frame),
+                strict=True,
+            )
         ),
     )
     return Markup(table)
@@ -170,6 +181,8 @@ def _style(column: pd.Series, first: bool) -> str:
 
 def _decimals(name: str, columns: Sequence[pd.Series]) -> int | None:
     """How many decimals suit all numbers of a column, or None where each number has its own."""
+    if "±" in name:
+        return None  # of two digits, each by itself
     if name.endswith(("percent", "points", "dB")):
         return 2
     finite = [
