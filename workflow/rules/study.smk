@@ -30,9 +30,22 @@ from boltjoint.reproduction.case_studies import (
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import MOST_CHOSEN
+from boltjoint.study.progress import Progress
 from boltjoint.study.response_list import headline_basis
 
 RULES = workflow.current_basedir
+
+
+def answer():
+    """The answer of the study, and the page to open."""
+    from boltjoint.report.pages.headline import answers
+
+    return answers(study)
+
+
+progress = Progress.of_terminal(
+    logger, answer, estimate.seconds_of_runtime, workflow.dryrun
+)
 
 
 def own_file(path):

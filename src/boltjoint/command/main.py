@@ -66,15 +66,7 @@ _FILES = {
     "sweep.yaml": "config/sweeps/{name}.yaml",
 }
 
-#: lines of Snakemake: of a job that has ended, of the share done, and those that tell nothing
-_FINISHED = re.compile(r"Finished jobid: \d+ \(Rule: (.+)\)$")
-_DONE = re.compile(r"(\d+) of (\d+) steps \(\d+%\) done$")
-_OF_SNAKEMAKE = re.compile(
-    r"$|\[.*\]$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using "
-    r"|Provided cores|Rules claiming|Conda environments|Loading script|Elapsed time|Complete log"
-)
 _DRY_RUN = {"-n", "--dry-run", "--dryrun"}
-_UP_TO_DATE = "Nothing to be done"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -188,23 +180,18 @@ def _run(options: argparse.Namespace) -> int:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile)]
     command += ["--workflow-profile", str(profile)]
     command += ["--directory", str(options.folder), "--cores", str(options.cores)]
-    command += ["--quiet", "host", "reason", "rules", "--show-failed-logs", *options.further]
+    command += options.further
     if _DRY_RUN & set(options.further):
         # its table of jobs is what was asked for
         return subprocess.run(command, check=False).returncode
     running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace")
-    is_up_to_date = False
     try:
-        for line in told(running.stderr or ()):
+        for line in without_usage(running.stderr or ()):
             print(line, file=sys.stderr, flush=True)
-            is_up_to_date |= line.startswith(_UP_TO_DATE)
     except KeyboardInterrupt:
         # Snakemake has got it too, and ends its jobs
         pass
-    status = running.wait()
-    if is_up_to_date and not status:
-        print(_answers(options.folder))
-    return status
+    return running.wait()
 
 
 def _fit(given: argparse.Namespace) -> int:
@@ -215,15 +202,6 @@ def _fit(given: argparse.Namespace) -> int:
     except ValueError as error:
         return _refuse(str(error))
     return _run(given)
-
-
-def _answers(folder: Path) -> str:
-    """What a run says at its end, of a study that is up to date."""
-    from boltjoint.config.study import load_study
-    from boltjoint.report.pages.headline import answers
-
-    os.chdir(folder)
-    return answers(load_study(Path.cwd()))
 
 
 def _open(options: argparse.Namespace) -> int:
@@ -253,21 +231,12 @@ def _export(options: argparse.Namespace) -> int:
     return 0
 
 
-def told(lines: Iterable[str]) -> Iterator[str]:
-    """What a user is told of the lines of Snakemake: a line for each job that has ended.
-
-    Where it plans and starts jobs is left out, and so are tables of these; all else is kept.
-    """
-    finished, is_table, is_usage = "", False, False
+def without_usage(lines: Iterable[str]) -> Iterator[str]:
+    """Lines of Snakemake without all of its options, before the one that it does not know."""
+    is_usage = False
     for line in map(str.rstrip, lines):
-        is_table = line == "Job stats:" or (is_table and line != "")
-        # all options of Snakemake, before the one that it does not know
         is_usage = line.startswith("usage: ") or (is_usage and ": error: " not in line)
-        if job := _FINISHED.match(line):
-            finished = job[1].replace("_", " ")
-        elif done := _DONE.match(line):
-            yield f"{done[1]:>4} of {done[2]} done: {finished}"
-        elif not (is_table or is_usage or _OF_SNAKEMAKE.match(line)):
+        if not (is_usage or line.startswith("Using workflow specific profile")):
             yield line
 
 

@@ -103,8 +103,9 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
     Both are None where jobs go to a cluster.
     """
     minutes = needed.seconds / (cores or 1) / 60
-    time = f"some {minutes:.0f} minutes" if minutes < 100 else f"some {minutes / 60:.0f} hours"
-    time = "less than a minute" if minutes < 1 else time
+    time = f"about {minutes:.0f} minutes" if minutes < 100 else f"about {minutes / 60:.0f} hours"
+    if minutes < 1.5:
+        time = "less than a minute" if minutes < 1 else "about a minute"
     solved = f"{needed.responses} frequency responses"
     if needed.designs:
         solved += f" and {needed.designs} designs"
@@ -115,8 +116,8 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
             )
     where = "of one core" if cores is None else f"on {cores} core{'s'[: cores - 1]}"
     line = (
-        f"Estimate: {solved} in {time} {where} if "
-        f"nothing of it is there yet; up to {needed.memory / _GIB:.2g} GiB of memory a job "
+        f"Estimate: {solved} in {time} {where}, "
+        f"starting from scratch; up to {needed.memory / _GIB:.2g} GiB of memory a job "
         f"({needed.job})"
     )
     return line if memory is None else f"{line}, of {memory / _GIB:.3g} GiB"
@@ -141,6 +142,15 @@ def overstrained(study: Study) -> list[str]:
     return lines
 
 
+#: minutes of a job whatever it computes, and by how much more time it may take than estimated
+_LEAST_RUNTIME, _ROOM = 10, 3
+
+
+def seconds_of_runtime(runtime: float) -> float:
+    """The estimated time [s] of a job whose ``runtime`` [min] is that of ``Resources``."""
+    return max(0.0, 60 * (runtime - _LEAST_RUNTIME) / _ROOM)
+
+
 class Resources:
     """What the jobs of each stage need, as Snakemake is told: ``mem_mb`` and ``runtime`` [min].
 
@@ -149,7 +159,9 @@ class Resources:
     """
 
     #: of jobs that only read, tabulate or draw: measured for figures
-    SMALL = MappingProxyType({"mem_mb": math.ceil((510e6 + _SNAKEMAKE) / 1e6), "runtime": 10})
+    SMALL = MappingProxyType(
+        {"mem_mb": math.ceil((510e6 + _SNAKEMAKE) / 1e6), "runtime": _LEAST_RUNTIME}
+    )
 
     def __init__(self, study: Study) -> None:
         self._contents = Contents(study)
@@ -163,7 +175,9 @@ class Resources:
             return self.SMALL
         return {
             "mem_mb": math.ceil((1.5 * max(job.memory for job in jobs) + _SNAKEMAKE) / 1e6),
-            "runtime": math.ceil(10 + 3 * sum(job.seconds / job.parts for job in jobs) / 60),
+            "runtime": math.ceil(
+                _LEAST_RUNTIME + _ROOM * sum(job.seconds / job.parts for job in jobs) / 60
+            ),
         }
 
     def of_any(self, stage: str) -> Mapping[str, int]:

@@ -233,7 +233,7 @@ def tabulate_sensors(response: xr.Dataset) -> pd.DataFrame:
         for quantity in ("frequency", "amplitude")
     )
     bars = response.get("peak_amplitude_error", xr.full_like(response["force_level"], np.nan))
-    is_tested = bool(bars.notnull().any())
+    is_tested = bool(np.isfinite(bars).any())
     rows = [
         {
             "sensor": str(name),

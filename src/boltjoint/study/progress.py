@@ -1,0 +1,236 @@
+"""What a run tells in the terminal: jobs in words, the time left, why one failed, the answer."""
+
+import logging
+import re
+import sys
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+#: rules in words, by how their names begin; what follows names the case or the assembly
+_WORDS = {
+    "build_assembly": "mesh",
+    "apply_preload": "preload",
+    "find_modes": "modes",
+    "find_pod_modes": "contact-adapted vectors",
+    "find_patterns": "bases against the finite elements",
+    "connect_nodes": "joint node to node",
+    "partition_regions": "joint of regions",
+    "weigh_pairs": "joint of weighted pairs",
+    "reduce_joint": "fewer elements",
+    "find_peaks": "peaks of the reference",
+    "solve_responses": "responses",
+    "check_responses": "checks of responses",
+    "time_by_differences": "times with forward differences",
+    "calibrate_joint": "fit to the measurement",
+    "list_designs": "designs",
+    "solve_designs": "responses of designs",
+    "check_sweep": "checks of designs",
+    "tabulate": "tables",
+    "draw": "figures",
+    "write_page_of": "page of",
+    "write_overview": "overview",
+}
+
+#: processor time of a job that hardly computes [s]
+_SHORT = 3.0
+#: jobs above this time are told when they begin [s]
+_LONG = 90.0
+#: share of the work from which the time left is that of what was done
+_ENOUGH = 0.1
+
+#: what Snakemake says of itself, and of the command in which a job failed
+_OF_SNAKEMAKE = re.compile(
+    r"$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using |Provided "
+    r"|Rules claiming|Conda env|Loading script|Elapsed time|Complete log"
+    r"|RuleException|CalledProcessError|Exiting because a job"
+    r"|Removing output files of failed job|Shutting down|WorkflowError:\nAt "
+)
+#: events of Snakemake that tell a user nothing
+_UNTOLD = ("run_info", "workflow_started", "resources_info", "shellcmd", "job_started")
+#: where in a Snakefile a configuration was refused
+_FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", line \d+, in .*')
+
+_UP_TO_DATE = "Nothing to be done"
+
+
+class _Job(NamedTuple):
+    words: str
+    seconds: float
+    log: tuple[str, ...] = ()
+
+
+class Progress(logging.Formatter):
+    """Filter and formatter of what Snakemake writes to the terminal; its log file keeps all.
+
+    Parameters
+    ----------
+    usual
+        Formatter of lines that are not changed.
+    answer
+        Gives the answer of the study, where nothing is left to do.
+    seconds
+        Gives the processor time of a job [s] by its ``runtime`` [min].
+    is_dry
+        Whether jobs are listed only.
+    """
+
+    def __init__(
+        self,
+        usual: logging.Formatter | None,
+        answer: Callable[[], str],
+        seconds: Callable[[float], float],
+        is_dry: bool = False,
+    ) -> None:
+        super().__init__()
+        self._usual = usual or logging.Formatter()
+        self._answer, self._seconds, self._is_dry = answer, seconds, is_dry
+        self._jobs: dict[int, _Job] = {}
+        self._failed: dict[int, _Job] = {}
+        self._ended: _Job | None = None
+        self._planned, self._done, self._cores, self._begin = 0.0, 0.0, 1.0, time.monotonic()
+
+    @classmethod
+    def of_terminal(
+        cls,
+        logger: logging.Logger,
+        answer: Callable[[], str],
+        seconds: Callable[[float], float],
+        is_dry: bool = False,
+    ) -> "Progress":
+        """That of the handler by which a logger writes to the terminal, if it has one."""
+        progress = cls(None, answer, seconds, is_dry)
+        for handler in logger.handlers:
+            if handler.name == "DefaultStreamHandler":
+                progress._usual = handler.formatter or progress._usual
+                handler.addFilter(progress)
+                handler.setFormatter(progress)
+        return progress
+
+    def start(self, runtimes: Iterable[float], cores: float) -> None:
+        """Note the jobs of a run by their ``runtime`` [min], and the cores that they share."""
+        self._planned = sum(map(self._time_of, runtimes))
+        self._cores, self._begin = max(cores, 1.0), time.monotonic()
+
+    def failures(self) -> str:
+        """A line for each job that failed, with the reason and the log."""
+        lines = []
+        for job in self._failed.values():
+            reason = next(filter(None, map(_last_line, job.log)), "")
+            lines.append(f"failed: {job.words}{reason and ': ' + reason}")
+            lines += [f"  log: {path}" for path in job.log]
+        return "\n".join(lines)
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        """Whether a record of Snakemake is told."""
+        event = str(getattr(record, "event", "") or "")
+        if self._is_dry:
+            return True
+        if event == "job_info":
+            job = self._note(record)
+            # a blank line would stand before it
+            return job.seconds > _LONG
+        if event == "job_finished":
+            self._ended = self._jobs.get(vars(record).get("job_id", -1))
+            self._done += self._ended.seconds if self._ended else _SHORT
+            return False
+        if event == "job_error":
+            number, is_new = vars(record)["jobid"], vars(record)["jobid"] not in self._failed
+            self._failed[number] = self._note(record)
+            return is_new
+        if event in _UNTOLD:
+            return False
+        if event not in ("", "error"):
+            return True
+        line = str(record.msg or "")
+        if line.startswith(_UP_TO_DATE):
+            # the answer comes last, where it is after a run
+            print(line, file=sys.stderr, flush=True)
+            print(self._answer())
+            return False
+        return not _OF_SNAKEMAKE.match(line)
+
+    def format(self, record: logging.LogRecord) -> str:
+        """The line or lines of a record."""
+        event, told = str(getattr(record, "event", "") or ""), vars(record)
+        if not self._is_dry:
+            if event == "job_info":
+                job = self._jobs[told["jobid"]]
+                return f"     begins: {job.words}, {_duration(job.seconds)} of processor time"
+            if event == "job_error":
+                return f"     failed: {self._failed[told['jobid']].words}"
+            if event == "progress":
+                words = self._ended.words if self._ended else ""
+                return f"{told['done']:>4} of {told['total']} done: {words}{self._left()}"
+        return _FRAMES.sub("", self._usual.format(record))
+
+    def _note(self, record: logging.LogRecord) -> _Job:
+        """A job that begins or fails, in words."""
+        told: dict[str, Any] = vars(record)
+        resources = told.get("resources") or {}
+        known = self._jobs.get(told["jobid"])
+        job = _Job(
+            known.words if known else words_of(told["rule_name"], told.get("wildcards") or {}),
+            known.seconds if known else self._time_of(_runtime(resources)),
+            tuple(map(str, told.get("log") or ())),
+        )
+        self._jobs[told["jobid"]] = job
+        return job
+
+    def _time_of(self, runtime: float) -> float:
+        return _SHORT + self._seconds(runtime)
+
+    def _left(self) -> str:
+        """How long the jobs that are left take; nothing where that is short or not known."""
+        left = (self._planned - self._done) / self._cores
+        if self._done > _ENOUGH * self._planned:
+            left = (time.monotonic() - self._begin) * (self._planned / self._done - 1)
+        return f", {_duration(left)} left" if left > _LONG else ""
+
+
+def words_of(rule: str, wildcards: Mapping[str, object]) -> str:
+    """A job in words: what it makes, and of what.
+
+    Parameters
+    ----------
+    rule
+        Name of its rule, in which a case or an assembly may follow.
+    wildcards
+        Values by name.
+
+    >>> words_of("solve_responses_mine_enriched-40", {})
+    'responses of mine enriched-40'
+    >>> words_of("apply_preload", {"assembly": "beam", "preload_N": "5000"})
+    'preload (beam, 5000)'
+    >>> words_of("write_page_of_case", {"case": "mine"})
+    'page of case (mine)'
+    """
+    name = max((name for name in _WORDS if rule.startswith(name)), key=len, default="")
+    subject = rule.removeprefix(name).strip("_").replace("_", " ")
+    words = _WORDS.get(name, "")
+    if subject and name and not words.endswith(" of"):
+        subject = f"of {subject}"
+    values = ", ".join(map(str, wildcards.values()))
+    return " ".join(filter(None, (words, subject, f"({values})" if values else "")))
+
+
+def _runtime(resources: object) -> float:
+    """The ``runtime`` among resources of Snakemake [min]; 0 where there is none."""
+    items = resources.items() if hasattr(resources, "items") else ()
+    runtime = dict(items).get("runtime", 0)
+    return float(runtime) if isinstance(runtime, int | float) else 0.0
+
+
+def _duration(seconds: float) -> str:
+    minutes = max(1, round(seconds / 60))
+    return f"about {minutes} minute{'s'[: minutes - 1]}"
+
+
+def _last_line(path: str) -> str:
+    """The last line of a log that tells why a job failed; empty of none."""
+    try:
+        with open(path, encoding="utf-8", errors="replace") as file:
+            lines = [line.strip() for line in file if line.strip()]
+    except OSError:
+        return ""
+    return lines[-1] if lines else ""

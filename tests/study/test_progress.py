@@ -1,0 +1,126 @@
+"""What a run tells in the terminal, of records as Snakemake logs them."""
+
+import io
+import logging
+
+import pytest
+from snakemake_interface_logger_plugins.common import LogEvent
+
+from boltjoint.study import estimate
+from boltjoint.study.progress import Progress
+
+
+@pytest.fixture
+def terminal():
+    """A logger with the handler that Snakemake writes to the terminal by, and what it wrote."""
+    logger, stream = logging.Logger("snakemake"), io.StringIO()
+    handler = logging.StreamHandler(stream)
+    handler.name = "DefaultStreamHandler"
+    logger.addHandler(handler)
+    return logger, stream
+
+
+def attach(logger, is_dry=False):
+    return Progress.of_terminal(
+        logger, lambda: "Open overview.html", estimate.seconds_of_runtime, is_dry
+    )
+
+
+def begin(logger, number, rule, runtime=10, **wildcards):
+    extra = {"event": LogEvent.JOB_INFO, "jobid": number, "rule_name": rule}
+    extra |= {"wildcards": wildcards, "resources": {"runtime": runtime}, "log": []}
+    logger.info(None, extra=extra)
+
+
+def end(logger, number, done, total):
+    extra = {"event": LogEvent.JOB_FINISHED, "job_id": number}
+    logger.info(f"Finished jobid: {number} (Rule: some)", extra=extra)
+    logger.info(None, extra={"event": LogEvent.PROGRESS, "done": done, "total": total})
+
+
+def test_each_job_that_has_ended_is_a_line_in_words(terminal):
+    logger, stream = terminal
+    progress = attach(logger)
+    progress.start([10, 10], 2)
+    logger.info("Building DAG of jobs...")
+    logger.info("Estimate: 2 frequency responses")
+    logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
+    logger.info("Execute 1 jobs...", extra={"event": LogEvent.JOB_STARTED, "jobs": [1]})
+    begin(logger, 1, "apply_preload", assembly="beam", preload_N="5000")
+    end(logger, 1, 1, 2)
+    logger.warning("a preload strains the shanks")
+    begin(logger, 2, "draw_responses_mine_enriched-24")
+    end(logger, 2, 2, 2)
+    logger.info("Elapsed time: 0:00:12")
+    assert stream.getvalue().splitlines() == [
+        "Estimate: 2 frequency responses",
+        "   1 of 2 done: preload (beam, 5000)",
+        "a preload strains the shanks",
+        "   2 of 2 done: figures of responses mine enriched-24",
+    ]
+
+
+def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(terminal):
+    logger, stream = terminal
+    progress = attach(logger)
+    # of ten, six and no minutes, on two cores; a runtime has ten minutes and three times as much
+    progress.start([40, 28, 10], 2)
+    begin(logger, 1, "solve_responses_mine_free-4", runtime=40)
+    begin(logger, 2, "build_assembly", assembly="beam")
+    end(logger, 2, 1, 3)
+    assert stream.getvalue().splitlines() == [
+        "     begins: responses of mine free-4, about 10 minutes of processor time",
+        "   1 of 3 done: mesh (beam), about 8 minutes left",
+    ]
+    # from then on it is told by the time that the jobs took: hardly any here
+    end(logger, 1, 2, 3)
+    assert stream.getvalue().splitlines()[-1] == "   2 of 3 done: responses of mine free-4"
+
+
+def test_a_failed_job_has_its_reason_and_its_log_last(terminal, tmp_path):
+    logger, stream = terminal
+    progress = attach(logger)
+    log = tmp_path / "modes.log"
+    log.write_text(
+        "INFO begins\nTraceback (most recent call last):\nDamagedFile: a.nc is damaged\n"
+    )
+    begin(logger, 3, "find_modes", assembly="beam")
+    extra = {"event": LogEvent.JOB_ERROR, "jobid": 3, "rule_name": "find_modes", "log": [log]}
+    for _ in range(2):  # Snakemake tells it again at the end
+        logger.error("Error in rule find_modes", extra=extra)
+    told = "CalledProcessError in file \"a.smk\", line 47:\nCommand 'set -euo pipefail'"
+    logger.error(f"RuleException:\n{told}", extra={"event": LogEvent.ERROR})
+    assert stream.getvalue().splitlines() == ["     failed: modes (beam)"]
+    reason = "failed: modes (beam): DamagedFile: a.nc is damaged"
+    assert progress.failures().splitlines() == [reason, f"  log: {log}"]
+
+
+@pytest.mark.parametrize("is_dry", [False, True])
+def test_a_configuration_that_is_refused_has_no_frame_of_the_snakefile(terminal, is_dry):
+    logger, stream = terminal
+    attach(logger, is_dry)
+    logger.error(
+        'WorkflowError in file "/a/study.smk", line 78:\nThe configuration cannot be used:\n'
+        'mine.yaml: k: is not a known key\n  File "/a/Snakefile", line 7, in <module>\n'
+        '  File "/a/study.smk", line 78, in <module>'
+    )
+    assert stream.getvalue().splitlines() == [
+        "The configuration cannot be used:",
+        "mine.yaml: k: is not a known key",
+    ]
+
+
+def test_a_study_that_is_up_to_date_gives_its_answer(terminal, capsys):
+    logger, _ = terminal
+    attach(logger)
+    logger.info("Nothing to be done (all requested files are present and up to date).")
+    said = capsys.readouterr()
+    assert said.err.startswith("Nothing to be done")
+    assert said.out == "Open overview.html\n"
+
+
+def test_a_dry_run_lists_its_jobs_as_snakemake_does(terminal):
+    logger, stream = terminal
+    attach(logger, is_dry=True)
+    logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
+    assert stream.getvalue() == "Job stats:\njob count\n"
