@@ -9,7 +9,7 @@ from small_joint import make_joint
 
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.model_limits import add_limits
+from boltjoint.dynamics.response.model_limits import LimitsReached, add_limits
 from boltjoint.structure.limits import DISPLACEMENT, SLIP, STRESS
 
 FORCES = [0.01, 5.0]
@@ -69,13 +69,18 @@ def test_the_amplitude_is_that_with_all_harmonics_where_it_is_known(response):
         (STRESS, "5 N: the nominal stress reaches 111 % of the yield strength"),
     ],
 )
-def test_beyond_a_limit_a_warning_tells_the_force(response, caplog, limit, told):
+def test_beyond_a_limit_one_warning_tells_the_largest_and_its_force(response, caplog, limit, told):
     largest = float(response["peak_amplitude"].max()) / limit.tolerated
     for factor, warns in ((0.9, True), (1.1, False)):
         caplog.clear()
         with caplog.at_level(logging.WARNING):
-            add_limits(response, stored(limit, along_output(), [factor * largest]))
+            reached = LimitsReached()
+            for further in (1.0, 2.0):
+                known = stored(limit, along_output(), [further * factor * largest])
+                reached.add(add_limits(response, known))
+            reached.warn()
         assert (told in caplog.text) == warns
+        assert len(caplog.records) == warns
 
 
 def test_a_joint_that_knows_no_limit_leaves_a_response_as_it_is(response):

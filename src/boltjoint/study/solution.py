@@ -24,7 +24,7 @@ from boltjoint.dynamics.response.frequency_response import (
 )
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.methods import Problem
-from boltjoint.dynamics.response.model_limits import add_limits
+from boltjoint.dynamics.response.model_limits import LimitsReached, add_limits
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
@@ -83,6 +83,7 @@ class CaseInBasis:
         Where the harmonics are chosen, these are the options of that.
         """
         converged: dict[tuple[str, int], xr.Dataset] = {}
+        limits = LimitsReached()
         for response, joint, how, stored in self._problems(responses):
             parameters = {
                 "coordinates": str(response.coordinates),
@@ -111,9 +112,11 @@ class CaseInBasis:
                         )
                     solved = add_converged_peaks(solved, converged[peaks])
             solved = add_limits(solved, stored)
+            limits.add(solved)
             if harmonics is not None:
                 solved.attrs["harmonic_convergence"] = harmonics.stored()
             yield solved, self._parameters(response, parameters), method.times
+        limits.warn()
 
     def time_by_differences(
         self, responses: "Sequence[Response]", **options: Unpack[MethodOptions]

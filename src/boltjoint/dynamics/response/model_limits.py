@@ -72,7 +72,7 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
     Dataset
         With ``peak_displacement_over_length``, ``peak_slip_over_clearance`` and
         ``peak_stress_over_strength`` (force), not a number without a peak; without those whose
-        limit the joint does not know. A warning tells the largest beyond each limit.
+        limit the joint does not know.
     """
     limits = ModelLimits.of(joint)
     if not limits.known:
@@ -87,8 +87,6 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
         scale = scale if np.isfinite(scale) else 1.0
         shares[place] = scale * limits.reached(at_peak[1])
     of_known = {limit: shares[:, LIMITS.index(limit)] for limit in limits.known}
-    for limit, reached in of_known.items():
-        _warn(limit, reached, response["force_level"].to_numpy())
     return response.assign(
         {
             f"peak_{limit.name}": quantity("force", reached, "1", limit.meaning)
@@ -97,9 +95,26 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
     )
 
 
-def _warn(limit: Limit, reached: Array, forces: Array) -> None:
-    if problem := limit.told(np.nan_to_num(reached).max(initial=0.0)):
-        logger.warning("%g N: %s", forces[np.nanargmax(reached)], problem)
+class LimitsReached:
+    """The largest shares of the limits in some responses, of which one warning tells."""
+
+    def __init__(self) -> None:
+        self._largest: dict[Limit, tuple[float, float]] = {}
+
+    def add(self, response: xr.Dataset) -> None:
+        """Note those of a response that ``add_limits`` gave."""
+        for limit in LIMITS:
+            reached = np.nan_to_num(response.get(f"peak_{limit.name}", np.zeros(0)))
+            if reached.size:
+                place = int(np.argmax(reached))
+                of_response = float(reached[place]), float(response["force_level"][place])
+                self._largest[limit] = max(self._largest.get(limit, (0.0, 0.0)), of_response)
+
+    def warn(self) -> None:
+        """Warn of each limit that is exceeded."""
+        for limit, (share, force) in self._largest.items():
+            if problem := limit.told(share):
+                logger.warning("%g N: %s", force, problem)
 
 
 def _largest(sine: Array, cosine: Array) -> Array:
