@@ -41,7 +41,7 @@ def end(logger, number, done, total):
 def test_each_job_that_has_ended_is_a_line_in_words(terminal):
     logger, stream = terminal
     progress = attach(logger)
-    progress.start([10, 10], 2)
+    progress.start([10, 10])
     logger.info("Building DAG of jobs...")
     logger.info("Estimate: 2 frequency responses")
     logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
@@ -60,21 +60,24 @@ def test_each_job_that_has_ended_is_a_line_in_words(terminal):
     ]
 
 
-def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(terminal):
+def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(terminal, monkeypatch):
     logger, stream = terminal
     progress = attach(logger)
-    # of ten, six and no minutes, on two cores; a runtime has ten minutes and three times as much
-    progress.start([40, 28, 10], 2)
+    now = 0.0
+    monkeypatch.setattr("time.monotonic", lambda: now)
+    # of ten, ten and no minutes: a runtime has ten minutes beside three times as much
+    progress.start([40, 40, 10])
     begin(logger, 1, "solve_responses_mine_free-4", runtime=40)
     begin(logger, 2, "build_assembly", assembly="beam")
     end(logger, 2, 1, 3)
     assert stream.getvalue().splitlines() == [
-        "     begins: responses of mine free-4, about 10 minutes of processor time",
-        "   1 of 3 done: mesh (beam), about 8 minutes left",
+        "     begins: responses of mine free-4, up to about 10 minutes",
+        "   1 of 3 done: mesh (beam)",
     ]
-    # from then on it is told by the time that the jobs took: hardly any here
+    now = 300.0
     end(logger, 1, 2, 3)
-    assert stream.getvalue().splitlines()[-1] == "   2 of 3 done: responses of mine free-4"
+    told = "   2 of 3 done: responses of mine free-4, about 5 minutes left"
+    assert stream.getvalue().splitlines()[-1] == told
 
 
 def test_a_failed_job_has_its_reason_and_its_log_last(terminal, tmp_path):

@@ -36,7 +36,7 @@ _WORDS = {
 _SHORT = 3.0
 #: jobs above this time are told when they begin [s]
 _LONG = 90.0
-#: share of the work from which the time left is that of what was done
+#: share of the work from which the time that it took tells how long the rest takes
 _ENOUGH = 0.1
 
 #: what Snakemake says of itself, and of the command in which a job failed
@@ -88,7 +88,7 @@ class Progress(logging.Formatter):
         self._jobs: dict[int, _Job] = {}
         self._failed: dict[int, _Job] = {}
         self._ended: _Job | None = None
-        self._planned, self._done, self._cores, self._begin = 0.0, 0.0, 1.0, time.monotonic()
+        self._planned, self._done, self._begin = 0.0, 0.0, time.monotonic()
 
     @classmethod
     def of_terminal(
@@ -107,10 +107,9 @@ class Progress(logging.Formatter):
                 handler.setFormatter(progress)
         return progress
 
-    def start(self, runtimes: Iterable[float], cores: float) -> None:
-        """Note the jobs of a run by their ``runtime`` [min], and the cores that they share."""
-        self._planned = sum(map(self._time_of, runtimes))
-        self._cores, self._begin = max(cores, 1.0), time.monotonic()
+    def start(self, runtimes: Iterable[float]) -> None:
+        """Note the jobs of a run by their ``runtime`` [min]."""
+        self._planned, self._begin = sum(map(self._time_of, runtimes)), time.monotonic()
 
     def failures(self) -> str:
         """A line for each job that failed, with the reason and the log."""
@@ -156,7 +155,7 @@ class Progress(logging.Formatter):
         if not self._is_dry:
             if event == "job_info":
                 job = self._jobs[told["jobid"]]
-                return f"     begins: {job.words}, {_duration(job.seconds)} of processor time"
+                return f"     begins: {job.words}, up to {_duration(job.seconds)}"
             if event == "job_error":
                 return f"     failed: {self._failed[told['jobid']].words}"
             if event == "progress":
@@ -181,10 +180,10 @@ class Progress(logging.Formatter):
         return _SHORT + self._seconds(runtime)
 
     def _left(self) -> str:
-        """How long the jobs that are left take; nothing where that is short or not known."""
-        left = (self._planned - self._done) / self._cores
-        if self._done > _ENOUGH * self._planned:
-            left = (time.monotonic() - self._begin) * (self._planned / self._done - 1)
+        """How long the jobs that are left take, as those before; nothing of few or short ones."""
+        if self._done < _ENOUGH * self._planned:
+            return ""
+        left = (time.monotonic() - self._begin) * (self._planned / self._done - 1)
         return f", {_duration(left)} left" if left > _LONG else ""
 
 
