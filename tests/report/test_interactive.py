@@ -17,6 +17,7 @@ from boltjoint.report.pages.interactive.curves import curves_of_case
 from boltjoint.report.pages.interactive.view import (
     Surface,
     hysteresis_loops,
+    loop_of_joint,
     natural_modes,
     packed_contact,
     packed_displacement,
@@ -62,6 +63,21 @@ def test_loops_have_the_first_harmonic_and_the_work_of_the_law(law):
         )
     work = np.sum(force * np.diff(u, axis=1, append=u[:, :1]), axis=1)
     assert (work > -1e-3 * work.max()).all() and work.max() > 0
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_the_loop_of_the_joint_has_the_work_of_all_elements(angle):
+    joint = make_joint()
+    # all modes in phase: every point moves as the output does
+    shape = np.array([3e-4, 1e-5, 1e-6])
+    motion = PeriodicMotion(("sin", "cos"), np.outer([np.cos(angle), np.sin(angle)], shape))
+    u, friction = hysteresis_loops(joint, motion, 256)
+    displacement, force = loop_of_joint(joint, motion, friction)
+    assert abs(displacement).max() == pytest.approx(abs(joint.response_mode @ shape), rel=1e-3)
+    work = np.sum(friction * np.diff(u, axis=1, append=u[:, :1]))
+    assert work > 0
+    of_loop = np.sum(force * np.diff(displacement, append=displacement[0]))
+    assert of_loop == pytest.approx(work, rel=1e-10)
 
 
 def test_natural_modes_lie_between_those_without_contact_and_sticking():

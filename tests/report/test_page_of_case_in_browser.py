@@ -124,12 +124,17 @@ def test_curves_are_downloaded_as_rows(page):
     largest = max(float(row["response_mm/N"]) for row in rows if row["level_N"] == "0.01")
     assert largest == pytest.approx(max(next(iter(drawn.values()))[0]), rel=1e-6)
     assert {row["basis"] for row in rows} == {"enriched-8"}
+    assert {row["harmonics"] for row in rows} == {"one harmonic"}
 
 
 def test_backbones_are_read_over_amplitude(page):
     drawn = page.execute_script(DATA, "backbone-plot")
     quantities = [each["meta"]["quantity"] for each in drawn if "meta" in each]
     assert quantities == ["frequency", "damping"]
+    rows = list(csv.DictReader(page.execute_script("return backbonesAsCsv()").splitlines()))
+    assert len(rows) == len(drawn[0]["x"])
+    assert float(rows[3]["frequency_Hz"]) == pytest.approx(drawn[0]["y"][3], rel=1e-6)
+    assert rows[0]["harmonics"] == "one harmonic"
 
 
 @pytest.fixture
@@ -170,6 +175,16 @@ def test_the_view_draws_mesh_modes_and_contact(view):
     assert bar == "contact state at 0.01 N"
 
 
+def test_the_loop_of_the_whole_joint_is_drawn_until_a_pair_is_picked(view):
+    choose(view, "view-peak", "1")
+    assert "The whole joint at the peak at 20 N" in view.find_element("id", "pair-facts").text
+    (loop,) = view.execute_script(DATA, "loop-plot")
+    assert loop["name"] == "joint" and len(loop["x"]) == 49
+    rows = list(csv.DictReader(view.execute_script("return loopAsCsv()").splitlines()))
+    assert float(rows[5]["displacement_mm"]) == pytest.approx(loop["x"][5], rel=1e-6)
+    assert float(rows[5]["friction_force_N"]) == pytest.approx(loop["y"][5], rel=1e-6)
+
+
 def test_a_pair_that_is_picked_tells_its_load_state_and_loop(view):
     box = view.execute_script(
         "const box = document.getElementById('view-plot').getBoundingClientRect();"
@@ -182,7 +197,8 @@ def test_a_pair_that_is_picked_tells_its_load_state_and_loop(view):
         time.sleep(0.15)
         mouse(view, at, press=True)
         time.sleep(0.15)
-        if facts := view.find_element("id", "pair-facts").text:
+        facts = view.find_element("id", "pair-facts").text
+        if facts.startswith("Pair"):
             break
     assert re.match(r"Pair \d+ at \(.*\) mm", facts)
     # of a pair under load, by its number

@@ -207,7 +207,8 @@ def sweep_sensitivity(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     of=_sweeps(_with_responses),
     title="Responses of the designs of {sweep}",
     caption="Median of all designs at each frequency, and the bands in which half and nine tenths "
-    "of them lie. The largest solution counts where a response folds.",
+    "of them lie. Where designs peak at different frequencies, this median is below the median "
+    "peak. The largest solution counts where a response folds.",
 )
 def sweep_bands(artefact: Artefact, results: "Results") -> "Figure":
     """Bands of the responses."""

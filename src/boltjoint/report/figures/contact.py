@@ -28,9 +28,9 @@ from boltjoint.report.figures.style import (
     level_colours,
 )
 
-#: contact states in their order, in red, blue, cyan and green, of a lightness that
-#: differs enough for readers who cannot distinguish red and green
-_STATES = ("#b8242f", "#2f5aa8", "#5cc4e8", "#7cc267")
+#: contact states in their order, told apart by those too who see no difference of red and green
+#: (M. Okabe and K. Ito, Color universal design, 2008); as in ``interactive/view.js``
+_STATES = ("#0072b2", "#e69f00", "#009e73", "#cc79a7")
 
 
 @figure_style

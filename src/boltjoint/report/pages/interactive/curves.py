@@ -9,7 +9,7 @@ import xarray as xr
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.harmonics import in_words
+from boltjoint.harmonics import highest_harmonic, in_words
 from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.pages.document import compressed_json, compressed_plotly, pack, prose
@@ -125,6 +125,7 @@ def _backbone(backbone: xr.Dataset, levels: Sequence[float], limit: float | None
     peaks = peaks_on_backbone(backbone, levels)
     at = np.log(list(peaks.values()))
     return {
+        "harmonics": in_words([highest_harmonic(backbone)]),
         "amplitude": pack(amplitude),
         **{quantity: pack(values) for quantity, values in of_mode.items()},
         "peaks": [

@@ -136,17 +136,21 @@ function drawResponses() {
   return Plotly.react("response-plot", traces, layout(changes), settings);
 }
 
-function drawBackbones() {
+// those of the models that are drawn, or else the first
+function drawnBackbones() {
   const models = drawnModels().filter((model) => model.backbone);
-  const all = ofResonance().models.filter((model) => model.backbone);
-  const drawn = models.length ? models : all.slice(0, 1);
-  at("backbones").hidden = !all.length;
-  if (!all.length) return null;
+  return models.length ? models : ofResonance().models.filter((model) => model.backbone).slice(0, 1);
+}
+
+function drawBackbones() {
+  const drawn = drawnBackbones();
+  at("backbones").hidden = !drawn.length;
+  if (!drawn.length) return null;
   const traces = [], shapes = [];
   drawn.forEach((model, number) => {
     const { amplitude, peaks, limit } = model.backbone;
     const x = unpack(amplitude), dash = DASHES[number % DASHES.length];
-    const text = `<b>${withBasis(model)}</b><br>`;
+    const text = `<b>${withBasis(model)}</b><br>${model.backbone.harmonics}, error not tested<br>`;
     for (const [quantity, axis, unit] of [["frequency", "y", "Hz"], ["damping", "y2", "%"]]) {
       const hovertemplate = `${text}%{x:.4g} mm<br>%{y:.5g} ${unit}<extra></extra>`;
       traces.push({ x, y: unpack(model.backbone[quantity]), yaxis: axis, mode: "lines",
@@ -204,16 +208,26 @@ function fillModels() {
 
 // all curves that are drawn, a row for each point
 function curvesAsCsv() {
-  const rows = [`basis,model,level_${curves.unit},frequency_Hz,response_${unitOfAmplitude()}`];
+  const rows = [`basis,model,harmonics,level_${curves.unit},frequency_Hz,response_${unitOfAmplitude()}`];
   for (const model of drawnModels()) {
     for (const place of shown.levels) {
       const curve = model.curves[place];
       if (!curve) continue;
       const x = unpack(curve.x), y = scaled(unpack(curve.y), curves.levels[place]);
       x.forEach((frequency, point) =>
-        rows.push([model.basis, `"${model.words}"`, curves.levels[place],
+        rows.push([model.basis, `"${model.words}"`, curve.harmonics, curves.levels[place],
           Number(frequency.toPrecision(7)), Number(y[point].toPrecision(7))].join()));
     }
+  }
+  return rows.join("\n") + "\n";
+}
+
+function backbonesAsCsv() {
+  const rows = ["basis,model,harmonics,amplitude_mm,frequency_Hz,damping_percent"];
+  for (const model of drawnBackbones()) {
+    const columns = ["amplitude", "frequency", "damping"].map((name) => unpack(model.backbone[name]));
+    columns[0].forEach((_, state) => rows.push([model.basis, `"${model.words}"`, model.backbone.harmonics,
+      ...columns.map((column) => Number(column[state].toPrecision(7)))].join()));
   }
   return rows.join("\n") + "\n";
 }
@@ -245,6 +259,8 @@ async function startResponses() {
     download(`${curves.case}_responses.csv`, curvesAsCsv(), "text/csv"));
   at("curves-png").addEventListener("click", () =>
     downloadPicture("response-plot", `${curves.case}_responses`));
+  at("backbones-csv").addEventListener("click", () =>
+    download(`${curves.case}_backbones.csv`, backbonesAsCsv(), "text/csv"));
   at("backbones-png").addEventListener("click", () =>
     downloadPicture("backbone-plot", `${curves.case}_backbones`));
   startModels();

@@ -1,6 +1,6 @@
 // The joint in space: parts, shapes, contact, and the hysteresis loop of a pair that is picked.
 const PARTS = ["#b9cfe4", "#e6d3b3", "#8b949e", "#b3a797"];
-const STATES = ["#b6242c", "#2f5aa8", "#4e9c5a", "#b9a2cf"];
+const STATES = ["#0072b2", "#e69f00", "#009e73", "#cc79a7"];
 // largest displacement that is drawn, over the length of the structure
 const ENLARGED = 0.08;
 let view = null, space = null;
@@ -223,9 +223,38 @@ function pick(pair) {
   drawLoop();
 }
 
+// a loop with its dissipation: displacement in a unit, whose product with N has another
+function plotLoop(x, y, name, words, [unit, ofWork]) {
+  let work = 0;
+  for (let i = 1; i < x.length; i++) work += (y[i] + y[i - 1]) / 2 * (x[i] - x[i - 1]);
+  const title = `dissipation in a period: ${numberText(Number(Math.abs(work).toPrecision(3)))} ${ofWork}`;
+  const traces = [{ x, y, mode: "lines", line: { color: ink, width: 2 },
+    hovertemplate: `%{x:.4g} ${unit}<br>%{y:.4g} N<extra></extra>`, name }];
+  const changes = {
+    height: 340,
+    title: { text: title, font: { ...font, size: 13 }, x: 0.02, xanchor: "left", y: 0.98, yanchor: "top" },
+    xaxis: axisLayout({ title: `${words} (${unit})`, log: false }, extent(x)),
+    yaxis: axisLayout({ title: "friction force (N)", log: false }, extent(y)),
+    margin: { l: 70, r: 20, t: 40, b: 55 },
+  };
+  at("loop").hidden = false;
+  return Plotly.react("loop-plot", traces, layout(changes), settings);
+}
+
+// the loop of all elements, or of the pair that is picked
 function drawLoop() {
-  if (look.pair === null) return null;
-  const pair = look.pair, element = space.elementOfPair.get(pair), peak = view.peaks[look.peak];
+  const peak = view.peaks[look.peak];
+  at("loop").hidden = true;
+  if (look.pair !== null) return drawLoopOfPair(peak);
+  if (!peak || !peak.friction) return null;
+  at("pair-facts").textContent = `The whole joint at the peak at ${numberText(peak.level)} ${view.unit}: ` +
+    `friction of all pairs, as a force at the output point${peak.harmonics ? ` (with ${peak.harmonics})` : ""}.`;
+  const [x, y] = [peak.output, peak.friction].map((text) => Array.from(unpack(text)));
+  return plotLoop([...x, x[0]], [...y, y[0]], "joint", "displacement of the output point", ["mm", "mJ"]);
+}
+
+function drawLoopOfPair(peak) {
+  const pair = look.pair, element = space.elementOfPair.get(pair);
   const place = Array.from(space.pairs.subarray(3 * pair, 3 * pair + 3), (each) => numberText(Number(each.toFixed(3))));
   const facts = [`Pair ${pair} at (${place.join(", ")}) mm`];
   if (space.load[pair] > 0) {
@@ -233,8 +262,6 @@ function drawLoop() {
   } else {
     facts.push(`open under preload, gap ${numberText(space.gap[pair])} µm`);
   }
-  const plot = at("loop-plot");
-  plot.hidden = true;
   if (element === undefined) {
     facts.push("no friction element");
   } else if (peak) {
@@ -245,7 +272,6 @@ function drawLoop() {
   }
   at("pair-facts").textContent = `${facts.join("; ")}.`;
   if (element === undefined || !peak || !peak.force) return null;
-  plot.hidden = false;
   const part = (text) => unpack(text, Int8Array).subarray(element * peak.samples, (element + 1) * peak.samples);
   const closed = (values, half, middle) => {
     const found = Array.from(values, (value) => middle + (half * value) / 127);
@@ -253,19 +279,13 @@ function drawLoop() {
   };
   const x = closed(part(peak.displacement), unpack(peak.slide)[element], unpack(peak.middle)[element]);
   const y = closed(part(peak.force), unpack(peak.largestForce)[element], 0);
-  let work = 0;
-  for (let i = 1; i < x.length; i++) work += (y[i] + y[i - 1]) / 2 * (x[i] - x[i - 1]);
-  const title = `dissipation in a period: ${numberText(Number(Math.abs(work).toPrecision(3)))} µJ`;
-  const traces = [{ x, y, mode: "lines", line: { color: ink, width: 2 },
-    hovertemplate: "%{x:.4g} µm<br>%{y:.4g} N<extra></extra>", name: `pair ${pair}` }];
-  const changes = {
-    height: 340,
-    title: { text: title, font: { ...font, size: 13 }, x: 0.02, xanchor: "left", y: 0.98, yanchor: "top" },
-    xaxis: axisLayout({ title: "relative displacement (µm)", log: false }, extent(x)),
-    yaxis: axisLayout({ title: "friction force (N)", log: false }, extent(y)),
-    margin: { l: 70, r: 20, t: 40, b: 55 },
-  };
-  return Plotly.react("loop-plot", traces, layout(changes), settings);
+  return plotLoop(x, y, `pair ${pair}`, "relative displacement", ["µm", "µJ"]);
+}
+
+function loopAsCsv() {
+  const [{ x, y, name }] = at("loop-plot").data, unit = name === "joint" ? "mm" : "um";
+  const rows = x.map((displacement, i) => [displacement, y[i]].map((each) => Number(each.toPrecision(7))).join());
+  return [`displacement_${unit},friction_force_N`, ...rows].join("\n") + "\n";
 }
 
 function animate(time) {
@@ -313,6 +333,9 @@ function fillView() {
     else drawView();
   });
   at("view-png").addEventListener("click", () => downloadPicture("view-plot", `${view.case}_joint`));
+  at("loop-csv").addEventListener("click", () =>
+    download(`${view.case}_loop.csv`, loopAsCsv(), "text/csv"));
+  at("loop-png").addEventListener("click", () => downloadPicture("loop-plot", `${view.case}_loop`));
   at("pair-number").addEventListener("change", (event) => pick(Number(event.target.value)));
 }
 
@@ -326,6 +349,7 @@ async function openView() {
   at("view").hidden = false;
   at("view-open").hidden = true;
   await drawView();
+  await drawLoop();
   at("view-plot").on("plotly_click", (event) => {
     const found = event.points.find((point) => Number.isInteger(point.customdata));
     // what is drawn anew within its own event would tell it again

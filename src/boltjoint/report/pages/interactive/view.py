@@ -79,6 +79,38 @@ def hysteresis_loops(
     return u[law.point_of_element], of_element
 
 
+def loop_of_joint(joint: Joint, motion: PeriodicMotion, friction: Array) -> tuple[Array, Array]:
+    """Displacement of the output point over a period, and the friction of all elements there.
+
+    The force at the output point does the work that the elements do in a motion of the shape that
+    the structure has when this point is farthest.
+
+    Parameters
+    ----------
+    joint, motion
+        As for ``hysteresis_loops``.
+    friction
+        The forces that it returns [N], (elements, samples).
+
+    Returns
+    -------
+    tuple
+        Displacement [m] and force [N], (samples,).
+    """
+    shape = _farthest(joint, motion)
+    along = (joint.tangential_mode @ shape)[joint.law.point_of_element]
+    displacement = joint.response_mode @ motion.in_time(friction.shape[1]).T
+    return displacement, along @ friction / (joint.response_mode @ shape)
+
+
+def _farthest(joint: Joint, motion: PeriodicMotion) -> Array:
+    """First harmonic of the modal coordinates when the output point is farthest, (modes,)."""
+    sine, cosine = motion.in_components(("sin", "cos"))
+    output = motion.amplitude(joint.response_mode)
+    farthest: Array = ((sine + 1j * cosine) * np.exp(-1j * np.angle(output))).real
+    return farthest
+
+
 @dataclass(frozen=True)
 class NaturalModes:
     """Natural frequencies [Hz] and modes of a joint in one linear state of its contact.
@@ -327,20 +359,16 @@ def _peaks(
         if at_peak is None or not np.isfinite(response["peak_amplitude"][place]):
             continue
         frequency, motion = at_peak
-        sine, cosine = motion.in_components(("sin", "cos"))
-        output = motion.amplitude(joint.response_mode)
-        # when the output point is farthest
-        farthest = ((sine + 1j * cosine) * np.exp(-1j * np.angle(output))).real
         peak = {
             "level": level,
             "frequency": frequency,
-            "amplitude": abs(output) * _MM,
+            "amplitude": abs(motion.amplitude(joint.response_mode)) * _MM,
             "harmonics": in_words([harmonics_of_level(response, place)]),
             "state": pack(states[place], "<i1"),
             **_loops(joint, motion, frequency),
         }
         if shape is not None:
-            peak |= packed_displacement(shape @ farthest)
+            peak |= packed_displacement(shape @ _farthest(joint, motion))
         peaks.append(peak)
     return peaks
 
@@ -357,6 +385,7 @@ def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, 
     scale = np.abs(force).max(axis=1)
     byte = np.rint(force / np.where(scale, scale, 1.0)[:, None] * _LARGEST_OF_A_BYTE)
     low, high = displacement.min(axis=1), displacement.max(axis=1)
+    of_output, of_joint = loop_of_joint(joint, motion, force)
     within = (displacement - low[:, None]) / np.where(high > low, high - low, 1.0)[:, None]
     return {
         "slide": pack((high - low) / 2 * _UM),
@@ -364,5 +393,7 @@ def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, 
         "displacement": pack(np.rint((2 * within - 1) * _LARGEST_OF_A_BYTE), "<i1"),
         "force": pack(byte, "<i1"),
         "largestForce": pack(scale),
+        "output": pack(of_output * _MM),
+        "friction": pack(of_joint),
         "samples": _SAMPLES,
     }
