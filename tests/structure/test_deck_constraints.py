@@ -285,6 +285,26 @@ def test_a_section_of_a_beam_tightens_two_couplings(constrained):
     assert pulled[0] < 0 < pulled[1]
 
 
+@pytest.mark.parametrize("first", ["\n", "1, 1\n"])
+def test_springs_between_nodes_and_masses_of_nodes_are_added(constrained, first):
+    added = (
+        "*ELEMENT, TYPE=SPRINGA, ELSET=SPRINGS\n50, 1, 7\n*SPRING, ELSET=SPRINGS\n"
+        f"{first}30.\n*ELEMENT, TYPE=MASS, ELSET=POINTS\n51, 7\n*MASS, ELSET=POINTS\n2.\n"
+    )
+    without, those = (constrained(TWO_CUBES + more) for more in ("", added))
+    (K, M), (stiffer, heavier) = (matrices(each, ElementOptions()) for each in (without, those))
+    ends = np.array([0, 6])  # of a diagonal of the lower cube
+    along = np.subtract(*those.mesh.coordinate[ends[::-1]])
+    length = np.linalg.norm(along)
+    assert length == pytest.approx(np.sqrt(3), rel=1e-12)
+    row = np.zeros(K.shape[0])
+    row[(3 * ends[:, None] + np.arange(3)).ravel()] = np.concatenate([-along, along]) / length
+    np.testing.assert_allclose((stiffer - K).toarray(), 30 * np.outer(row, row), atol=1e-9)
+    expected = np.zeros(M.shape)
+    expected[18:21, 18:21] = 2 * np.eye(3)
+    np.testing.assert_allclose((heavier - M).toarray(), expected, atol=1e-12)
+
+
 SECTION = "*PRE-TENSION SECTION, SURFACE={}, NODE=1\n"
 BAD = {
     TIE + TIE.replace("glue", "again"): "*TIE again: node 11 is a slave of tie glue already",

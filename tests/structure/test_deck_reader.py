@@ -201,6 +201,7 @@ def test_what_is_left_out_is_counted(read):
 
 
 #: lines that follow the two cubes, and what is said of them
+PAIR, OTHER = "TOP OF LOWER", "BOTTOM OF UPPER"
 BAD = {
     "*INCLUDE, INPUT=mesh.msh": "line 35: *INCLUDE: file mesh.msh is missing",
     "*INCLUDE, INPUT=../mesh.msh": "line 35: *INCLUDE: ../mesh.msh must lie in the folder",
@@ -239,6 +240,12 @@ BAD = {
     "*NSET\n1": "line 35: *NSET: NSET is missing",
     "*KINEMATIC\n1": "line 35: *KINEMATIC: no *COUPLING stands before it",
     "*INSTANCE, NAME=A, PART=B": "line 35: *INSTANCE: there is no part B",
+    "*COUPLING, REF NODE=1, SURFACE=TOP OF LOWER, ORIENTATION=O\n*KINEMATIC\n1, 2\n": (
+        "line 36: *KINEMATIC: ORIENTATION=O of its *COUPLING is not read"
+    ),
+    f"*CONTACT PAIR, INTERACTION=I\n{PAIR}, {OTHER}\nBottom of Upper, Top of Lower\n": (
+        "line 37: *CONTACT PAIR: Bottom of Upper and Top of Lower are a pair at joint.inp, line 36"
+    ),
     "*SPRING, ELSET=A\n\n": "line 35: *SPRING: its second data line, the stiffness, is missing",
 }
 

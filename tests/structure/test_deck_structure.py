@@ -1,5 +1,7 @@
 """Structures of decks: the same as those that are built, their base, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 from deck_of_assembly import deck_of
@@ -210,7 +212,7 @@ BAD = {
         "*NODE\n30, 5., 0., 0.\n31, 6., 0., 0.\n32, 5., 1., 0.\n33, 5., 0., -1.\n"
         "*ELEMENT, TYPE=C3D4, ELSET=UPPER\n30, 30, 31, 32, 33\n",
         CONTACT,
-        "joint.inp: 1 elements C3D4 are turned inside out, the first one is 30 at",
+        "joint.inp, line 62: *ELEMENT: element 30 (C3D4) is turned inside out",
     ),
 }
 
@@ -253,12 +255,13 @@ def test_a_model_is_looked_at_before_anything_is_solved(described):
     assert facts["size (mm)"] == "1000 x 1000 x 2000"
     assert facts["sets of elements"] == "LOWER, UPPER"
     assert (facts["bodies"], facts["rigid-body motions without contact"]) == ("2", "7")
-    assert facts["bolts"] == "head, between two couplings, along (0, 0, -1), 500 N in the deck"
+    bolt = "head, between two couplings, along (0, 0, -1), 2000 mm apart, 500 N in the deck"
+    assert facts["bolts"] == bolt
     assert facts["contact"].startswith("lap: 1 points, 10000 cm², gaps 0 to 0 mm")
     assert facts["share of the surfaces that meets"].endswith(
         "TOP OF LOWER 100%, BOTTOM OF UPPER 100%"
     )
-    left_out = "*EXPANSION (1, first at joint.inp, line 57), 1 line of *BOUNDARY in steps, 1 step"
+    left_out = "*EXPANSION (1, first at joint.inp, line 57), *BOUNDARY in steps (1), 1 step"
     assert facts["not used of the deck"] == left_out
     assert doubts == [
         "material STEEL: Young's modulus 0.00021 GPa is unusual: is it in MPa?",
@@ -267,6 +270,45 @@ def test_a_model_is_looked_at_before_anything_is_solved(described):
     page = facts_of(description)
     assert page["deck"] == "joint.inp"
     assert page["to look at"].startswith("material STEEL")
+
+
+#: a third cube on the second, whose faces meet those of surfaces of their own
+THIRD = (
+    "*NODE\n"
+    + "".join(
+        f"{40 + number}, {x}., {y}., {z}.\n"
+        for number, (x, y, z) in enumerate(
+            [(0, 0, 2), (1, 0, 2), (1, 1, 2), (0, 1, 2), (0, 0, 3), (1, 0, 3), (1, 1, 3), (0, 1, 3)]
+        )
+    )
+    + "*ELEMENT, TYPE=C3D8, ELSET=THIRD\n3, 40, 41, 42, 43, 44, 45, 46, 47\n"
+    "*SOLID SECTION, ELSET=THIRD, MATERIAL=STEEL\n"
+    "*SURFACE, NAME=A\n3, S1\n*SURFACE, NAME=B\n2, S2\n"
+)
+
+
+def test_what_else_a_check_tells(described):
+    text = BOLTED.replace("*STEP", f"{THIRD}*CONTACT\n*CONTACT PAIR, INTERACTION=I\nA, B\n*STEP", 1)
+    masses = "*ELEMENT, TYPE=MASS, ELSET=M\n60, 1\n*MASS, ELSET=M\n1.\n*STEP"
+    description = described(text.replace("*STEP", masses, 1), base="closed", **PAIR)
+    facts, doubts = check(description, description.folder)
+    # a tonne beside three cubes of 7.85e-9 t
+    assert float(facts["mass (kg)"]) == pytest.approx(1e3, rel=1e-6)
+    assert "A, B: 4 nodes" in facts["ties"]
+    (doubt,) = [line for line in doubts if "*CONTACT, of all surfaces, is not read" in line]
+    assert doubt.startswith("joint.inp, line ")
+    twice = described(text.replace("*CONTACT\n", "*TIE, NAME=glue\nA, B\n"), base="closed", **PAIR)
+    with pytest.raises(ValueError, match=r"A and B are tied by \*TIE glue at joint.inp, line"):
+        check(twice, twice.folder)
+
+
+def test_an_element_that_is_turned_inside_out_is_told_before_any_job(described):
+    turned = THIRD.replace("40, 41, 42, 43, 44, 45, 46, 47", "44, 45, 46, 47, 40, 41, 42, 43")
+    description = described(BOLTED.replace("*STEP", f"{turned}*STEP", 1), base="closed", **PAIR)
+    ((_, line),) = description.conflicts_of_files()
+    assert re.match(r"joint\.inp, line \d+: \*ELEMENT: element 3 \(C3D8\) is turned inside", line)
+    with pytest.raises(ValueError, match=r"element 3 .* is turned inside out"):
+        check(description, description.folder)
 
 
 @pytest.mark.parametrize(

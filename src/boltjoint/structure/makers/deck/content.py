@@ -28,11 +28,12 @@ class Reference(NamedTuple):
 
 
 class Elements(NamedTuple):
-    """Elements of one kind: their places among all, and the places of their nodes."""
+    """Elements of one kind: their places among all, those of their nodes, and their lines."""
 
     kind: str
     place: Indices
     node: Indices
+    at: Place
 
 
 class FacePiece(NamedTuple):
@@ -323,6 +324,7 @@ class Reading:
     material: Material | None = None
     interaction: Interaction | None = None
     coupling: Coupling | None = None
+    orientation: str = ""
     instances: set[str] = field(default_factory=set)
     coordinates: list[Array] = field(default_factory=list)
     node_places: list[tuple[Place, int]] = field(default_factory=list)

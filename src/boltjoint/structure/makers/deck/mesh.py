@@ -10,7 +10,11 @@ from numpy.typing import NDArray
 
 from boltjoint.structure.elements.assembly import ElementBlock
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS, KINDS, ElementKind
-from boltjoint.structure.elements.matrices import IsotropicMaterial, element_volumes
+from boltjoint.structure.elements.matrices import (
+    IsotropicMaterial,
+    element_volumes,
+    smallest_jacobian,
+)
 from boltjoint.structure.elements.parent_elements import TRIANGLE_3_POINTS, TRIANGLE_7_POINTS, gauss
 from boltjoint.structure.makers.deck.content import Deck, Material, Reference
 from boltjoint.structure.makers.deck.labels import Indices
@@ -168,6 +172,25 @@ class Mesh:
         return tuple(
             element_volumes(solid.kind, self.coordinate[solid.node]) for solid in self.solids
         )
+
+    def refuse_inverted(self) -> None:
+        """Refuse elements that are turned inside out, by number and line of their block.
+
+        Raises
+        ------
+        ValueError
+            If there are some.
+        """
+        for solid in self.solids:
+            inverted = smallest_jacobian(solid.kind, self.coordinate[solid.node]) <= 0
+            if inverted.any():
+                first = int(solid.place[np.argmax(inverted)])
+                block = next(block for block in self.deck.elements if first in block.place)
+                raise ValueError(
+                    f"{block.at}: *ELEMENT: {self.deck.numbers.name(first)} ({solid.kind.name}) is "
+                    f"turned inside out, {np.count_nonzero(inverted)} of this kind in all: the "
+                    "order of their nodes is wrong, or they are folded over"
+                )
 
     @cached_property
     def all_faces(self) -> Faces:

@@ -7,9 +7,16 @@ import numpy as np
 from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.elements.suitability import element_warnings
-from boltjoint.structure.makers.deck import constraints, interfaces
+from boltjoint.structure.makers.deck import beams, constraints, interfaces
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain
-from boltjoint.structure.makers.deck.bolts import SectionBolt, bolts_of, lengths_given, loads_of
+from boltjoint.structure.makers.deck.bolts import (
+    Cut,
+    SectionBolt,
+    bolts_of,
+    lengths_given,
+    loads_of,
+)
+from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.structure import tied_pairs
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
@@ -37,6 +44,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
         As for ``structure_of_deck``, but for what solving finds.
     """
     as_read = described_mesh(description, Path(folder))
+    as_read.refuse_inverted()
     boundaries = supports_of(description, as_read.deck)
     tolerance = description.ties.tolerance_mm
     assembled = constrain(
@@ -54,6 +62,11 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     facts["surfaces"] = _first([surface.name for surface in deck.surfaces.values()])
     facts["not used of the deck"] = _left_out(assembled)
     doubts = [*_doubts(description, as_read), *_of_ties(assembled), *_of_couplings(assembled)]
+    if general := deck.unused.get("CONTACT"):
+        doubts.append(
+            f"{general[0]}: *CONTACT, of all surfaces, is not read: those under contact meet, and "
+            "no others"
+        )
     return facts, doubts
 
 
@@ -64,6 +77,7 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         float(volumes @ np.asarray(block.material.density, dtype=np.float64))
         for volumes, block in zip(mesh.volumes, blocks, strict=True)
     )
+    weight += float(beams.point_masses(mesh, 3 * mesh.node_count, mass).diagonal()[::3].sum())
     size = np.ptp(mesh.coordinate[mesh.nodes], axis=0)
     kinds = ", ".join(f"{len(solid.place)} {solid.kind.name}" for solid in mesh.solids)
     return {
@@ -99,7 +113,7 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
     bolts = bolts_of(mesh.deck, wanted)
     loads = loads_of(mesh.deck, bolts)
     lengths = lengths_given(mesh.deck, bolts)
-    told = []
+    told, body = [], constraints.bodies(mesh)
     for number, bolt in enumerate(bolts):
         words = [bolt.name]
         if isinstance(bolt, SectionBolt):
@@ -109,15 +123,33 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
                 axis = ", ".join(f"{component:.3g}" for component in cut.normal)
                 words.append(f"section of {len(cut.node)} nodes, {1e6 * cut.area:.4g} mm²")
                 words.append(f"axis ({axis})")
+                words.append(f"{_MM * _length(mesh, body, cut):.5g} mm long")
+            for beam in beams.bolt_beams(mesh.deck):
+                if beam.section is section:
+                    along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
+                    length = float(np.linalg.norm(along))
+                    axis = ", ".join(f"{component:.3g}" for component in along / length)
+                    area = beam.sizes[0] * mesh.metre**2
+                    words.append(f"beam of {1e6 * area:.4g} mm²")
+                    words.append(f"axis ({axis})")
+                    words.append(f"{_MM * length:.5g} mm long")
         else:
             axis = ", ".join(f"{component:.3g}" for component in bolt.direction)
             words.append(f"between two couplings, along ({axis})")
+            apart = np.subtract(*mesh.coordinate[bolt.node]) @ bolt.direction
+            words.append(f"{_MM * abs(apart):.5g} mm apart")
         if loads is not None:
             words.append(f"{description.units.newton * loads[number]:.6g} N in the deck")
         if bolt.name in lengths:
             words.append("given a length in the deck")
         told.append(", ".join(words))
     return {"bolts": "; ".join(told)}
+
+
+def _length(mesh: Mesh, body: Indices, cut: Cut) -> float:
+    """Length along its axis of the body that a section cuts in two [m]."""
+    both = np.isin(body, body[[cut.node[0], cut.copy[0]]])
+    return float(np.ptp(mesh.coordinate[both] @ cut.normal))
 
 
 def _of_contact(description: Description, assembled: Assembled) -> dict[str, str]:
@@ -155,10 +187,13 @@ def _left_out(assembled: Assembled) -> str:
     ]
     if more := len(deck.unused) - len(told):
         told.append(f"{more} more keyword{'' if more == 1 else 's'}")
-    of_steps = sum(boundary.step > 0 for boundary in deck.boundaries)
-    for count, words in ((of_steps, "line{} of *BOUNDARY in steps"), (deck.steps, "step{}")):
-        if count:
-            told.append(f"{count} {words.format('' if count == 1 else 's')}")
+    of_steps = dict.fromkeys(
+        boundary.nodes.text for boundary in deck.boundaries if boundary.step > 0
+    )
+    if of_steps:
+        told.append(f"*BOUNDARY in steps ({_first(list(of_steps))})")
+    if deck.steps:
+        told.append(f"{deck.steps} step{'' if deck.steps == 1 else 's'}")
     return ", ".join(told) or "nothing"
 
 

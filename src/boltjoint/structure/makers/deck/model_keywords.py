@@ -155,6 +155,7 @@ def coupling(reading: Reading, block: Block) -> None:
     nodes = _named(reading, block, "SURFACE")
     reference = _named(reading, block, "REF NODE")
     reading.coupling = Coupling(name, "", reference, nodes, True, (), block.place)
+    reading.orientation = block.options.get("ORIENTATION", "")
 
 
 def kinematic(reading: Reading, block: Block) -> None:
@@ -166,6 +167,11 @@ def kinematic(reading: Reading, block: Block) -> None:
         bounds = [_dof(block, row, field) for field in block.fields(row) if field]
         dofs += range(bounds[0], bounds[-1] + 1)
     held = tuple(sorted({dof for dof in dofs or (1, 2, 3) if dof <= 3}))
+    if reading.orientation and held != (1, 2, 3):
+        raise block.refused(
+            f"ORIENTATION={reading.orientation} of its *COUPLING is not read where some "
+            "displacements are free: give all three"
+        )
     coupling = reading.coupling._replace(kind="kinematic", dofs=held)
     reading.deck.couplings.append(coupling)
     reading.coupling = None
@@ -248,11 +254,21 @@ def cload(reading: Reading, block: Block) -> None:
 
 
 def contact_pair(reading: Reading, block: Block) -> None:
-    """CONTACT PAIR: pairs of surfaces in contact."""
+    """CONTACT PAIR: pairs of surfaces in contact, each once and in one order."""
     interaction = block.options.get("INTERACTION", "")
     for row in range(len(block.rows)):
-        pair = _reference(reading, block, row), _reference(reading, block, row, 1)
-        reading.deck.contact.append(ContactPair(*pair, interaction, block.place_of(row)))
+        slave, master = _reference(reading, block, row), _reference(reading, block, row, 1)
+        for other in reading.deck.contact:
+            if {_key(slave), _key(master)} == {_key(other.slave), _key(other.master)}:
+                raise ValueError(
+                    f"{block.place_of(row)}: *CONTACT PAIR: {slave.text} and {master.text} are a "
+                    f"pair at {other.place} already"
+                )
+        reading.deck.contact.append(ContactPair(slave, master, interaction, block.place_of(row)))
+
+
+def _key(surface: Reference) -> tuple[str, str]:
+    return surface.scope, surface.text.upper()
 
 
 def surface_interaction(reading: Reading, block: Block) -> None:
@@ -284,13 +300,15 @@ def mass(reading: Reading, block: Block) -> None:
 
 
 def spring(reading: Reading, block: Block) -> None:
-    """SPRING: stiffness of the elements SPRINGA of a set."""
+    """SPRING: stiffness of the elements SPRINGA of a set, whose first data line is blank."""
     if "NONLINEAR" in block.options:
         raise block.refused("NONLINEAR is not read")
-    if len(block.rows) < 2:
+    if not block.rows:
         raise block.refused("its second data line, the stiffness, is missing")
     elements = _named(reading, block, "ELSET")
-    reading.deck.springs.append(PointProperty(elements, lines.reals(block, 1, 1)[0]))
+    # a blank line is none; programs that write degrees of freedom there ignore them
+    row = min(1, len(block.rows) - 1)
+    reading.deck.springs.append(PointProperty(elements, lines.reals(block, row, 1)[0]))
 
 
 #: within steps too

@@ -152,4 +152,4 @@ def _finish(reading: Reading) -> None:
         raise ValueError(f"{at}: {deck.numbers.name(one)} is there already")
     for scope, kind, number, label, block in reading.connectivity:
         nodes = deck.nodes.places(scope, label.ravel(), block.place).reshape(label.shape)
-        deck.elements.append(Elements(kind, number, nodes))
+        deck.elements.append(Elements(kind, number, nodes, block.place))

@@ -182,12 +182,26 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
 
 
 def tied_pairs(description: Description, deck: Deck) -> list[ContactPair]:
-    """Contact pairs of a deck that are not named, and so are tied."""
-    return [
+    """Contact pairs of a deck that are not named, and so are tied.
+
+    Raises
+    ------
+    ValueError
+        If the deck ties one itself.
+    """
+    pairs = [
         pair
         for pair in deck.contact
         if not is_named((pair.slave.text, pair.master.text), description.contact)
     ]
+    tied = {frozenset((tie.slave.text.upper(), tie.master.text.upper())): tie for tie in deck.ties}
+    for pair in pairs:
+        if tie := tied.get(frozenset((pair.slave.text.upper(), pair.master.text.upper()))):
+            raise ValueError(
+                f"{pair.place}: *CONTACT PAIR: {pair.slave.text} and {pair.master.text} are tied "
+                f"by *TIE {tie.name} at {tie.place} already"
+            )
+    return pairs
 
 
 def _motions(

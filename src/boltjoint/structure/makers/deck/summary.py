@@ -32,6 +32,7 @@ def summary_of(description: "Description", folder: Path) -> Summary:
     mesh = described_mesh(description, folder)
     deck = mesh.deck
     mesh.blocks(1.0, 1.0)
+    mesh.refuse_inverted()
     points = 0
     for interface in description.contact:
         first, _ = faces_of_contact(mesh, interface)
