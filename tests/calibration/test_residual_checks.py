@@ -11,7 +11,12 @@ import boltjoint
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter
-from boltjoint.calibration.residuals import check_curve, runs_probability, stiffening
+from boltjoint.calibration.residuals import (
+    check_curve,
+    losing_damping,
+    runs_probability,
+    stiffening,
+)
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint
 
@@ -96,3 +101,22 @@ def test_only_a_rise_beyond_the_scatter_stiffens():
         "damping is off by 10 times"
         in check_curve(curve, right + np.array([0.0, 0.01])).sentences[0]
     )
+
+
+def test_damping_that_falls_faster_than_in_full_slip_is_told():
+    a = np.geomspace(1e-6, 1e-3, 12)
+    f = np.full(12, 100.0)
+    # micro-slip, then full slip: the damping falls as 1 / amplitude
+    slip = np.minimum(a / 1e-4, 1e-4 / a)
+    steep = np.where(a > 1e-4, slip * 1e-4 / a, slip)
+    model = np.column_stack([f, 0.02 * slip])
+    assert losing_damping(MeasuredBackbone(a, f, 0.1, 0.02 * slip, 1e-4), model) is None
+    curve = MeasuredBackbone(a, f, 0.1, 0.02 * steep, 0.05 * 0.02 * steep, name="tail")
+    start, fall = losing_damping(curve, model)
+    assert 5e-5 < start < 2e-4 and fall == pytest.approx(0.9, abs=0.1)
+    sentences = check_curve(curve, model).sentences
+    assert any("on the damping falls by" in sentence for sentence in sentences)
+    # a model that does so too is not refused for it, nor a fall within the scatter
+    assert losing_damping(curve, np.column_stack([f, 0.02 * steep])) is None
+    wide = MeasuredBackbone(a, f, 0.1, 0.02 * steep, 0.5 * 0.02 * steep)
+    assert losing_damping(wide, model) is None

@@ -22,6 +22,7 @@ from boltjoint.study.fitted_case import fitted_case
 from boltjoint.study.tables.backbones import (
     tabulate_correlation,
     tabulate_parameters,
+    tabulate_posterior,
     tabulate_residuals,
 )
 
@@ -37,6 +38,15 @@ def test_parameters_of_a_simulated_backbone_lie_in_their_intervals(calibration):
         found = calibration.sel(parameter=name)
         assert found["interval_low"] < value < found["interval_high"]
         assert found["interval_high"] < 1.2 * value
+        # what the data tell well is told alike by covariance, profile and posterior
+        width = float(found["interval_high"] - found["interval_low"])
+        profile = float(found["profile_high"] - found["profile_low"])
+        assert profile == pytest.approx(width, rel=0.1)
+        drawn = np.quantile(found["draws"], [0.025, 0.975])
+        assert np.ptp(drawn) == pytest.approx(width, rel=0.25)
+    assert calibration.attrs["pareto_k"] < 0.7 and calibration.attrs["effective_draws"] > 60
+    posterior = tabulate_posterior(calibration).set_index("parameter")
+    assert (posterior["2.5_%"] < posterior["97.5_%"]).all() and list(posterior.index) == list(TRUTH)
     assert calibration.attrs["p_value"] > 0.01
     assert calibration.attrs["refusals"] == ""
     # both starts meet in one minimum
@@ -74,6 +84,10 @@ def test_parameters_that_go_together_are_not_told():
     table = tabulate_parameters(found).set_index("parameter")
     assert "preload_N" in table.index[table["not_determined"] != ""]
     assert np.isnan(table.loc["preload_N", ["fitted", "95_%_from", "95_%_to"]].astype(float)).all()
+    # its profile does not close within the bounds
+    assert table.loc["preload_N", ["profile_from", "profile_to"]].tolist() == pytest.approx(
+        [500, 2000]
+    )
     assert table.loc["loss_factor", "not_determined"] == ""
     assert "preload_N cannot be told" in found.attrs["answer"]
     correlation = tabulate_correlation(found).set_index("parameter")

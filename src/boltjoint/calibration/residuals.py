@@ -228,6 +228,8 @@ class CurveCheck:
         Of so few changes of sign over the amplitude, of both.
     stiffens
         Whether the measured frequency rises with the amplitude, which friction cannot make.
+    loses_damping
+        Whether the measured damping falls faster than that of full slip, and that of the model not.
     sentences
         What speaks against it, in words.
     """
@@ -237,6 +239,7 @@ class CurveCheck:
     size_probability: tuple[float, float]
     runs_probability: tuple[float, float]
     stiffens: bool
+    loses_damping: bool
     sentences: tuple[str, ...]
 
 
@@ -272,12 +275,20 @@ def check_curve(curve: MeasuredBackbone, model: Array) -> CurveCheck:
             f"{curve.name}: the frequency rises by {rise[1]:.3g} Hz from the amplitude "
             f"{rise[0]:.3g} on; friction only softens a joint"
         )
+    fall = losing_damping(curve, model)
+    if fall is not None:
+        sentences.append(
+            f"{curve.name}: from the amplitude {fall[0]:.3g} on the damping falls by "
+            f"{100 * fall[1]:.2g} % more than over the amplitude, as in full slip; that of the "
+            "joint does not"
+        )
     return CurveCheck(
         curve.name,
         mean_square,
         of_size,
         of_runs,
         rise is not None,
+        fall is not None,
         tuple(sentences),
     )
 
@@ -309,4 +320,27 @@ def stiffening(curve: MeasuredBackbone) -> tuple[float, float] | None:
     rise = f[-1] - f[lowest]
     if rise > _RISE * np.hypot(deviation[-1], deviation[lowest]):
         return float(curve.amplitude[lowest]), float(rise)
+    return None
+
+
+def losing_damping(curve: MeasuredBackbone, model: Array) -> tuple[float, float] | None:
+    """Amplitude from which the damping falls faster than in full slip, and by how much of it.
+
+    The work of a slider under constant normal load is a convex function of the amplitude, and so is
+    that of many: over the amplitude, as ``zeta f**2 a``, it never falls. None where it does not, or
+    where that of the model does so too.
+
+    Parameters
+    ----------
+    curve, model
+        As for ``check_curve``.
+    """
+    a, (f, zeta) = curve.amplitude, curve.values.T
+    measured, modelled = a * f**2 * zeta, a * model[:, 0] ** 2 * model[:, 1]
+    highest = int(np.argmax(measured))
+    fall = 1 - measured[-1] / measured[highest]
+    scatter = np.hypot(*(curve.deviations[[highest, -1]] / curve.values[[highest, -1]]).T)
+    of_model = 1 - modelled[-1] / modelled[highest]
+    if fall > _RISE * np.linalg.norm(scatter) and of_model < fall / 2:
+        return float(a[highest]), float(fall)
     return None

@@ -98,6 +98,8 @@ def _with_regions(joint: Joint, ratios: Mapping[str, float]) -> ElementLaw:
 
 Array = NDArray[np.float64]
 
+#: posterior draws
+_DRAWS = 200
 #: amplitudes at which curves of the model are drawn
 _DRAWN = 60
 
@@ -121,8 +123,9 @@ def calibrate(
     Returns
     -------
     Dataset
-        Parameters with intervals, correlation, curves at measured amplitudes and on a grid, checks
-        of the residuals; ``answer`` of the attributes says it in words.
+        Parameters with intervals by covariance and by profile, correlation, posterior draws with
+        their Pareto k, curves at measured amplitudes and on a grid, checks of the residuals;
+        ``answer`` of the attributes says it in words.
 
     Raises
     ------
@@ -139,18 +142,21 @@ def calibrate(
     ]
     options = CalibrationOptions(starts=measured.starts, seed=measured.seed)
     calibration = fit(model, curves, parameters, loss=measured.loss, options=options)
+    draws, reliability = _draws(calibration)
     stored = xr.Dataset(
         {
             **_of_parameters(calibration, model),
             **_of_curves(calibration, units),
             **_of_points(calibration),
             **_on_grid(calibration),
+            **draws,
             "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
         }
     )
     stored.attrs = {
         "condition": calibration.condition,
         "p_value": calibration.p_value,
+        **reliability,
         "refusals": "\n".join(calibration.refusals),
         "loss": measured.loss,
         "calibration_options": options.stored(),
@@ -207,6 +213,7 @@ def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str
             for name in names
         ]
     )
+    profiles = np.array([calibration.profile(name) for name in names])
     of = ("parameter", "of_parameter")
     per_key = "unit of each parameter"
     return {
@@ -239,7 +246,22 @@ def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str
         ),
         "covariance": quantity(of, calibration.covariance, "1", "covariance in the scales"),
         "correlation": quantity(of, calibration.correlation, "1", "correlation"),
+        "profile_low": quantity(
+            "parameter", profiles[:, 0], per_key, "lower end of the 95 % interval by the profile"
+        ),
+        "profile_high": quantity(
+            "parameter", profiles[:, 1], per_key, "upper end, a bound where it does not close"
+        ),
     }
+
+
+def _draws(calibration: Calibration) -> tuple[dict[str, xr.Variable], dict[str, float]]:
+    """Draws of the posterior with the values of all parameters, and how far they stand for it."""
+    draws = calibration.draws(_DRAWS)
+    space = calibration.compared.space
+    values = [list(space.values(scaled).values()) for scaled in draws.scaled]
+    drawn = quantity(("draw", "parameter"), values, "unit of each parameter", "posterior draws")
+    return {"draws": drawn}, {"pareto_k": draws.pareto_k, "effective_draws": draws.effective}
 
 
 def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Variable]:

@@ -184,8 +184,10 @@ def calibration(artefact: Artefact, results: "Results") -> "Figure":
     **_OF_CALIBRATION,
     order=1,
     title="fitted parameters",
-    caption="95 % intervals are those that the stated scatter makes. A parameter is not determined "
-    "where its interval is as wide as half of its bounds, or the best fit lies at one.",
+    caption="95 % intervals are those that the stated scatter makes: by the covariance, and by the "
+    "profile, for which all others are fitted anew; one that ends at a bound does not close. A "
+    "parameter is not determined where its interval is as wide as half of its bounds, or the best "
+    "fit lies at one.",
 )
 def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Values with intervals and bounds."""
@@ -195,9 +197,24 @@ def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 
 
 @table(
-    "parameter_correlation",
+    "posterior",
     **_OF_CALIBRATION,
     order=2,
+    title="posterior draws",
+    caption="Draws around the best fit, weighted by the true sum of squares: where Pareto k is "
+    "above 0.7 they do not stand for the posterior. The draws themselves are in calibration.nc.",
+)
+def posterior(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Quantiles of the draws, and how far they can be trusted."""
+    from boltjoint.study.tables.backbones import tabulate_posterior
+
+    return tabulate_posterior(_of(artefact, results))
+
+
+@table(
+    "parameter_correlation",
+    **_OF_CALIBRATION,
+    order=3,
     title="correlation of the parameters",
     caption="Near 1 or -1 only one of two can be told, or both together.",
 )
@@ -211,7 +228,7 @@ def correlation(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 @table(
     "calibration_residuals",
     **_OF_CALIBRATION,
-    order=3,
+    order=4,
     title="residuals of the fit",
     caption="Over the stated scatter a right model has some 1. Small probabilities of residuals so "
     "large, or of so few changes of their sign over the amplitude, speak against the model.",

@@ -187,6 +187,8 @@ _COLUMNS = {
     "value": "fitted",
     "interval_low": "95_%_from",
     "interval_high": "95_%_to",
+    "profile_low": "profile_from",
+    "profile_high": "profile_to",
     "bound_low": "bound_from",
     "bound_high": "bound_to",
     "reason": "not_determined",
@@ -205,9 +207,9 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns ``parameter, unit, before, fitted, 95_%_from, 95_%_to, bound_from, bound_to,
-        not_determined``: the last says why a measurement does not tell a parameter, empty where it
-        does; values and intervals are empty there.
+        Columns ``parameter, unit, before, fitted, 95_%_from, 95_%_to, profile_from, profile_to,
+        bound_from, bound_to, not_determined``: the last says why a measurement does not tell a
+        parameter, empty where it does; values and intervals are empty there.
 
     Raises
     ------
@@ -223,6 +225,42 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
     frame = pd.DataFrame(columns)
     frame["fitted"] = frame["fitted"].where(frame["not_determined"] == "")
     return frame
+
+
+#: quantiles of posterior draws, by the columns of their table
+_QUANTILES = {"2.5_%": 0.025, "median": 0.5, "97.5_%": 0.975}
+
+
+def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
+    """Quantiles of the posterior draws of each parameter.
+
+    Parameters
+    ----------
+    calibration
+        ``calibration.nc``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``parameter, unit, 2.5_%, median, 97.5_%, effective_draws, pareto_k``, the last two
+        of all parameters together.
+
+    Raises
+    ------
+    ValueError
+        If a variable is missing or of another kind.
+    """
+    draws = _numbers(calibration, "draws", "draw", "parameter")
+    ends = np.quantile(draws, list(_QUANTILES.values()), axis=0)
+    return pd.DataFrame(
+        {
+            "parameter": _words(calibration, "parameter", "parameter"),
+            "unit": _words(calibration, "unit", "parameter"),
+            **dict(zip(_QUANTILES, ends, strict=True)),
+            "effective_draws": float(calibration.attrs["effective_draws"]),
+            "pareto_k": float(calibration.attrs["pareto_k"]),
+        }
+    )
 
 
 def tabulate_correlation(calibration: xr.Dataset) -> pd.DataFrame:
