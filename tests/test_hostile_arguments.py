@@ -113,6 +113,16 @@ CALLS = {
         {"joint": JOINT, "resonance": 1, "given": WINDOW},
     ),
     "load_joint": (boltjoint.load_joint, {"path": "joint.nc", "sampling": {"samples": 16}}),
+    "rescale_contact": (
+        boltjoint.rescale_contact,
+        {
+            "joint": JOINT,
+            "law": "constant",
+            "before": {"tangential_stiffness": 1e6, "friction_coefficient": 0.1},
+            "after": {"tangential_stiffness": 2e6, "friction_coefficient": 0.2},
+            "preload_ratio": 1.5,
+        },
+    ),
     "partition_regions": (
         boltjoint.partition_regions,
         {

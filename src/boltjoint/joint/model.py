@@ -311,6 +311,11 @@ def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None =
     weight
         Weight of every point in the mean of its region, shape (points,); equal by default.
 
+    Returns
+    -------
+    Joint
+        With as many points as regions, and the elements of the joint.
+
     Raises
     ------
     ValueError

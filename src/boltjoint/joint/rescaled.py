@@ -47,6 +47,11 @@ def rescale_contact(
         The new preload of the bolts over that before; 1 of pairs with an initial gap, whose loads
         do not grow with the preload.
 
+    Returns
+    -------
+    Joint
+        Of the same points and elements.
+
     Raises
     ------
     ValueError

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from boltjoint.compiled import call, kept_loop, loop
 from boltjoint.solvers.arc_length import CORNER
+from boltjoint.solvers.compiled_linear import Matrix, Vector, Work, copy_to, make_work, norm
 from boltjoint.solvers.compiled_steps import (
     ORIENTATION,
     SCALE,
@@ -25,19 +26,12 @@ from boltjoint.solvers.compiled_steps import (
     P,
     Place,
     System,
-    Work,
-    copy_to,
     make_place,
-    make_work,
-    norm,
     scale_at,
     size_of,
 )
 from boltjoint.solvers.corners import CORNER_STEP
 from boltjoint.solvers.equations import Solution, SolutionBranch
-
-Vector = NDArray[np.float64]
-Matrix = NDArray[np.float64]
 
 #: solutions for which there is room at first
 _ROOM = 512

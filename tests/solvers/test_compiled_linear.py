@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba.extending import get_cython_function_address
 
-from boltjoint.solvers.compiled_steps import LARGEST_ELIMINATED, make_work, solve_in_place
+from boltjoint.solvers.compiled_linear import LARGEST_ELIMINATED, make_work, solve_in_place
 
 LAPACK = get_cython_function_address("scipy.linalg.cython_lapack", "dgesv")
 
