@@ -1,17 +1,11 @@
 """Names of joints, bases and coordinates: what they stand for, and what is refused."""
 
-import doctest
 import pickle
 import re
 
 import pytest
 
-from boltjoint import names
 from boltjoint.names import Basis, ComparedBasis, Coordinates, JointName, Preload, repeats_pattern
-
-
-def test_examples_hold():
-    assert doctest.testmod(names).failed == 0
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,21 @@
 """Docstrings of the public names satisfy numpydoc, but for what is named here."""
 
+import doctest
 import inspect
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
 import boltjoint
+
+PACKAGE = Path(boltjoint.__file__).parent
+#: modules whose docstrings have examples
+WITH_EXAMPLES = [
+    ".".join(("boltjoint", *path.relative_to(PACKAGE).with_suffix("").parts))
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if ">>> " in path.read_text(encoding="utf-8")
+]
 
 NOT_ASKED = {
     "EX01": "examples are those of the gallery",
@@ -33,6 +44,12 @@ def test_a_public_name_is_documented(name):
             assert inspect.getdoc(value), key
             of_method = f"{found.__module__}.{found.__qualname__}.{key}"
             assert complaints(of_method, {*NOT_ASKED, *NOT_ASKED_OF_METHODS}) == []
+
+
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_in_docstrings_hold(module):
+    ran = doctest.testmod(import_module(module))
+    assert ran.attempted and not ran.failed
 
 
 def test_each_exception_is_needed():

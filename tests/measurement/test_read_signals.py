@@ -1,12 +1,9 @@
 """Signals from files: units, times, clipped records, universal files."""
 
-import doctest
-
 import numpy as np
 import pytest
 
 from boltjoint import read_signals
-from boltjoint.measurement import signals as measured_signals
 from boltjoint.measurement.signals import Signals
 
 TIME = np.arange(200) / 1000
@@ -17,10 +14,6 @@ def write(path, header, *values):
     rows = "\n".join(",".join(f"{each:.9g}" for each in row) for row in zip(*values, strict=True))
     path.write_text(f"{header}\n{rows}\n")
     return path
-
-
-def test_examples_hold():
-    assert doctest.testmod(measured_signals).failed == 0
 
 
 def test_units_of_the_names_become_si(tmp_path):
