@@ -116,6 +116,14 @@ def test_damping_that_falls_faster_than_in_full_slip_is_told():
     assert 5e-5 < start < 2e-4 and fall == pytest.approx(0.9, abs=0.1)
     sentences = check_curve(curve, model).sentences
     assert any("on the damping falls by" in sentence for sentence in sentences)
+    assert check_curve(curve, model).loses_damping
+    # accelerations have the frequency in them: in full slip the damping falls over them too
+    softer = np.where(a > 1e-4, 90.0, 100.0)
+    acceleration = a * (2 * np.pi * softer) ** 2
+    slips = 0.02 * slip * (100 / softer) ** 2
+    measured = MeasuredBackbone(acceleration, softer, 0.01, slips, 1e-5, quantity="acceleration")
+    flat = np.column_stack([softer, np.full(12, 0.02)])
+    assert losing_damping(measured, flat) is None
     # a model that does so too is not refused for it, nor a fall within the scatter
     assert losing_damping(curve, np.column_stack([f, 0.02 * steep])) is None
     wide = MeasuredBackbone(a, f, 0.1, 0.02 * steep, 0.5 * 0.02 * steep)

@@ -150,3 +150,15 @@ def test_a_path_that_breaks_off_is_left_to_the_general_tracer(monkeypatch):
     assert not is_compiled
     assert (compiled.complete, compiled.reason) == (general.complete, general.reason)
     np.testing.assert_array_equal(compiled.frequency, general.frequency)
+
+
+def test_whole_numbers_of_a_control_are_numbers():
+    # compiled functions are called with numbers of the types they were compiled for
+    paths = [
+        solve_branch(
+            make_joint(), 1.0, damping=0.01, control=StepControl(largest_step=step, first_step=step)
+        )
+        for step in (1, 1.0, np.float32(1.0))
+    ]
+    for path in paths[1:]:
+        np.testing.assert_array_equal(path.frequency, paths[0].frequency)

@@ -34,7 +34,9 @@ def test_the_table_has_the_peak_of_each_sensor(response):
         assert half["peak_frequency_Hz"] == tip["peak_frequency_Hz"]
     assert (table["harmonics"] == 1).all() and (table["error"] == "not tested").all()
     bars = response["force_level"].copy(data=[0.01, 0.25])
-    table = tabulate_sensors(response.assign(peak_amplitude_error=bars))
+    response = response.assign(peak_amplitude_error=bars)
+    assert (tabulate_sensors(response)["error"] == "not tested").all()
+    table = tabulate_sensors(response.assign(basis_amplitude_error=bars))
     assert table["error_of_output_percent"].tolist() == [1.0, 25.0] * 2 and "error" not in table
 
 

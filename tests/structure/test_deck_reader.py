@@ -246,6 +246,8 @@ BAD = {
     f"*CONTACT PAIR, INTERACTION=I\n{PAIR}, {OTHER}\nBottom of Upper, Top of Lower\n": (
         "line 37: *CONTACT PAIR: Bottom of Upper and Top of Lower are a pair at joint.inp, line 36"
     ),
+    "*SPRING, ELSET=A\n1, 1\n": "line 35: *SPRING: its second data line, the stiffness, is missing",
+    "*SPRING, ELSET=A\n\n30., , 20.\n40., , 100.\n": "line 35: *SPRING: a stiffness that",
     "*SPRING, ELSET=A\n\n": "line 35: *SPRING: its second data line, the stiffness, is missing",
 }
 

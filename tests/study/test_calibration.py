@@ -159,3 +159,29 @@ def test_ratios_stand_in_the_comments_of_the_fitted_case(calibration):
     content = parse_mapping(text)
     assert content["contact"] == CASE["contact"]
     assert not {"frequency_ratio", "amplitude_scale"} & set(content)
+
+
+def test_profiles_and_draws_are_those_of_a_loss_that_leaves_outliers_aside():
+    f, z = backbone(TRUTH)
+    z = z.copy()
+    z[[3, 12]] *= 1.5
+    found = fitted(case_with(loss="soft_l1", starts=1), written((f, z), seed=2))
+    for name in TRUTH:
+        one = found.sel(parameter=name)
+        assert one["profile_low"] < one["value"] < one["profile_high"]
+        low, high = np.quantile(one["draws"], [0.005, 0.995])
+        assert low < one["value"] < high
+        width = float(one["interval_high"] - one["interval_low"])
+        assert float(one["profile_high"] - one["profile_low"]) < 4 * width
+
+
+def test_a_fit_that_leaves_no_draws_within_its_bounds_has_an_answer():
+    narrow = {
+        "preload_N": {"low": 990, "high": 1010},
+        "amplitude_scale": {"low": 0.99, "high": 1.01},
+    }
+    case = case_with(parameters=MEASURED["parameters"] | narrow, starts=1)
+    found = fitted(case, written(backbone(TRUTH), seed=1))
+    assert "cannot be told" in found.attrs["answer"]
+    posterior = tabulate_posterior(found)
+    assert len(posterior) == len(found["parameter"])

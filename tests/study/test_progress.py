@@ -85,17 +85,44 @@ def test_a_failed_job_has_its_reason_and_its_log_last(terminal, tmp_path):
     progress = attach(logger)
     log = tmp_path / "modes.log"
     log.write_text(
-        "INFO begins\nTraceback (most recent call last):\nDamagedFile: a.nc is damaged\n"
+        "2026-11-28 INFO boltjoint.modes: begins\n"
+        "2026-11-28 CRITICAL boltjoint.logs: DamagedFile: a.nc is damaged\nTraceback:\n  File a\n"
     )
     begin(logger, 3, "find_modes", assembly="beam")
     extra = {"event": LogEvent.JOB_ERROR, "jobid": 3, "rule_name": "find_modes", "log": [log]}
     for _ in range(2):  # Snakemake tells it again at the end
         logger.error("Error in rule find_modes", extra=extra)
-    told = "CalledProcessError in file \"a.smk\", line 47:\nCommand 'set -euo pipefail'"
-    logger.error(f"RuleException:\n{told}", extra={"event": LogEvent.ERROR})
     assert stream.getvalue().splitlines() == ["     failed: modes (beam)"]
     reason = "failed: modes (beam): DamagedFile: a.nc is damaged"
     assert progress.failures().splitlines() == [reason, f"  log: {log}"]
+    # one that is tried again and ends has not failed
+    end(logger, 3, 1, 1)
+    assert progress.failures() == ""
+
+
+KILLED = """RuleException:
+CalledProcessError in file "a.smk", line 47:
+Command 'set -euo pipefail;  python a.py' died with <Signals.SIGKILL: 9>."""
+
+
+def test_a_job_that_says_nothing_has_the_end_of_its_command_as_reason(terminal, tmp_path):
+    logger, stream = terminal
+    progress = attach(logger)
+    log = tmp_path / "modes.log"
+    log.write_text("2026-11-28 INFO boltjoint.modes: solved 3 of 8\n")
+    logger.error(KILLED, extra={"event": LogEvent.ERROR})
+    extra = {"event": LogEvent.JOB_ERROR, "jobid": 3, "rule_name": "find_modes", "log": [log]}
+    logger.error("Error in rule find_modes", extra=extra)
+    assert stream.getvalue().splitlines() == ["     failed: modes"]
+    assert "died with <Signals.SIGKILL: 9>." in progress.failures().splitlines()[0]
+
+
+def test_what_fails_before_its_command_is_told(terminal):
+    logger, stream = terminal
+    attach(logger)
+    told = 'RuleException:\nOSError in file "a.smk", line 47:\n[Errno 28] No space left on device'
+    logger.error(told, extra={"event": LogEvent.ERROR})
+    assert "No space left on device" in stream.getvalue()
 
 
 @pytest.mark.parametrize("is_dry", [False, True])

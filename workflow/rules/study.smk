@@ -43,8 +43,13 @@ def answer():
     return answers(study)
 
 
+# jobs on other machines, and a workflow with this one as its module, tell all themselves
+own_terminal = workflow.is_main_process and workflow.modifier.is_main_snakefile()
 progress = Progress.of_terminal(
-    logger, answer, estimate.seconds_of_runtime, workflow.dryrun
+    logger if own_terminal else None,
+    answer,
+    estimate.seconds_of_runtime,
+    workflow.output_settings.dryrun,
 )
 
 

@@ -1,6 +1,6 @@
 """Result of a calibration: parameters, how well they are determined, and predictive bands."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,6 +30,16 @@ _AT_BOUND = 1e-3
 
 class Undetermined(ValueError):
     """A parameter that the measurement does not tell."""
+
+
+#: losses of ``scipy.optimize.least_squares``, by squares over that of their scale
+_LOSSES: dict[str, Callable[[Array], Array]] = {
+    "linear": lambda z: z,
+    "soft_l1": lambda z: 2 * (np.sqrt(1 + z) - 1),
+    "huber": lambda z: np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
+    "cauchy": np.log1p,
+    "arctan": np.arctan,
+}
 
 
 @dataclass(frozen=True)
@@ -185,7 +195,10 @@ class Calibration:
         for _ in range(_WIDEST_PROFILE):
             at = before + step
             at = max(at, bound) if side < 0 else min(at, bound)
-            others, square = self._fitted_beside(n, at, others)
+            try:
+                others, square = self._fitted_beside(n, at, others)
+            except ValueError:
+                return bound  # nothing is known beyond
             root = np.sqrt(max(square - least, 0.0))
             if root >= _QUANTILE:
                 share = (_QUANTILE - root_before) / (root - root_before)
@@ -196,11 +209,15 @@ class Calibration:
         return bound
 
     def _cost(self, scaled: Array) -> float:
-        residual = self.compared.residual(scaled)
-        return 0.5 * float(residual @ residual)
+        """What the fit made least: half the sum of squares, of those that its loss counts less."""
+        square = (self.compared.residual(scaled) / self.robust_scale) ** 2
+        return 0.5 * self.robust_scale**2 * float(np.sum(_LOSSES[self.loss](square)))
 
     def _fitted_beside(self, n: int, at: float, guess: Array) -> tuple[Array, float]:
-        """All other parameters fitted beside one that is held, and the sum of squares."""
+        """All other parameters fitted beside one that is held, and twice the least cost.
+
+        A ``ValueError`` where the model refuses the parameters, or those near them.
+        """
         free = np.arange(guess.size) != n
 
         def whole(x: Array) -> Array:
@@ -218,6 +235,8 @@ class Calibration:
             jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
             bounds=(low[free], high[free]),
             x_scale="jac",
+            loss=self.loss,
+            f_scale=self.robust_scale,
             max_nfev=50,
         )
         return whole(fit.x), 2 * fit.cost

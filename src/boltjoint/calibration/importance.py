@@ -27,7 +27,7 @@ class ImportanceDraws:
     Attributes
     ----------
     scaled
-        Resampled draws, (draws, parameters).
+        Resampled draws, (draws, parameters); none where all proposals lie beyond the bounds.
     pareto_k
         Shape of the tail of the weights: above 0.7 the draws do not stand for the posterior.
     effective
@@ -68,6 +68,8 @@ def importance_draws(
         centre = share @ pilot
         covariance = (share[:, None] * (pilot - centre)).T @ (pilot - centre)
     proposals, weight = _weighted(cost, centre, covariance, bounds, count, random)
+    if not weight.any():
+        return ImportanceDraws(np.empty((0, centre.size)), np.inf, 0.0)
     chosen = random.choice(count, count, p=weight / weight.sum())
     effective = float(weight.sum() ** 2 / (weight**2).sum())
     return ImportanceDraws(proposals[chosen], pareto_shape(weight), effective)
@@ -82,14 +84,14 @@ def _weighted(
     random: np.random.Generator,
 ) -> tuple[Array, Array]:
     """Draws of the multivariate t distribution, and exp(-cost) over its density."""
-    squared, vectors = np.linalg.eigh(covariance)
-    # no direction reaches farther than the bounds
-    widest = np.linalg.norm(bounds[1] - bounds[0]) / 2
-    deviation = np.minimum(np.sqrt(np.maximum(squared, 0.0)), widest)
+    # in shares of the bounds, beyond which no direction reaches
+    width = bounds[1] - bounds[0]
+    squared, vectors = np.linalg.eigh(covariance / np.outer(width, width))
+    deviation = np.minimum(np.sqrt(np.maximum(squared, 0.0)), 0.5)
     normal = random.standard_normal((count, centre.size))
     stretch = np.sqrt(_FREEDOM / random.chisquare(_FREEDOM, count))
     standard = normal * stretch[:, None]
-    proposals = centre + standard * deviation @ vectors.T
+    proposals = centre + width * (standard * deviation @ vectors.T)
     square = np.einsum("ij,ij->i", standard, standard)
     log_density = -0.5 * (_FREEDOM + centre.size) * np.log1p(square / _FREEDOM)
     log_weight = np.full(count, -np.inf)
@@ -99,7 +101,8 @@ def _weighted(
             log_weight[n] = -cost(proposals[n]) - log_density[n]
         except ValueError:
             continue
-    log_weight -= log_weight.max()
+    if np.isfinite(log_weight.max()):
+        log_weight -= log_weight.max()
     return proposals, np.exp(log_weight)
 
 

@@ -22,6 +22,7 @@ from boltjoint.config.measured import AMPLITUDE_SCALE
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 from boltjoint.joint.model import Joint
+from boltjoint.measurement.signals import MOTIONS
 
 Array = NDArray[np.float64]
 
@@ -327,8 +328,8 @@ def losing_damping(curve: MeasuredBackbone, model: Array) -> tuple[float, float]
     """Amplitude from which the damping falls faster than in full slip, and by how much of it.
 
     The work of a slider under constant normal load is a convex function of the amplitude, and so is
-    that of many: over the amplitude, as ``zeta f**2 a``, it never falls. None where it does not, or
-    where that of the model does so too.
+    that of many: over the amplitude, as ``zeta f**2 a`` of displacements, it never falls. None
+    where it does not, or where that of the model does so too.
 
     Parameters
     ----------
@@ -336,11 +337,14 @@ def losing_damping(curve: MeasuredBackbone, model: Array) -> tuple[float, float]
         As for ``check_curve``.
     """
     a, (f, zeta) = curve.amplitude, curve.values.T
-    measured, modelled = a * f**2 * zeta, a * model[:, 0] ** 2 * model[:, 1]
+    # accelerations have the square of the frequency in them
+    power = 2 - MOTIONS.get(curve.quantity, 0)
+    measured, modelled = a * f**power * zeta, a * model[:, 0] ** power * model[:, 1]
     highest = int(np.argmax(measured))
     fall = 1 - measured[-1] / measured[highest]
-    scatter = np.hypot(*(curve.deviations[[highest, -1]] / curve.values[[highest, -1]]).T)
+    relative = curve.deviations[[highest, -1]] / curve.values[[highest, -1]]
+    scatter = np.hypot(power * relative[:, 0], relative[:, 1])
     of_model = 1 - modelled[-1] / modelled[highest]
-    if fall > _RISE * np.linalg.norm(scatter) and of_model < fall / 2:
+    if fall > _RISE * np.linalg.norm(scatter) and of_model < fall / 20:
         return float(a[highest]), float(fall)
     return None

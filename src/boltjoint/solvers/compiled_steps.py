@@ -57,8 +57,10 @@ class Limits(NamedTuple):
     ) -> "Limits":
         """The limits of a control; by default the scale of the parameter is the same everywhere."""
         relative = -1.0 if relative is None else relative
+        kinds = cls.__annotations__
         return cls(
-            **{name: getattr(control, name) for name in cls._fields[:9]},
+            # what is compiled is called at its address with numbers of these types
+            **{name: kinds[name](getattr(control, name)) for name in cls._fields[:9]},
             residual_scale=float(residual_scale),
             largest_scale=float(largest),
             relative_scale=float(relative),

@@ -259,7 +259,8 @@ def _draws(calibration: Calibration) -> tuple[dict[str, xr.Variable], dict[str, 
     """Draws of the posterior with the values of all parameters, and how far they stand for it."""
     draws = calibration.draws(_DRAWS)
     space = calibration.compared.space
-    values = [list(space.values(scaled).values()) for scaled in draws.scaled]
+    values = np.array([list(space.values(scaled).values()) for scaled in draws.scaled])
+    values = values.reshape(len(draws.scaled), len(calibration.names))
     drawn = quantity(("draw", "parameter"), values, "unit of each parameter", "posterior draws")
     return {"draws": drawn}, {"pareto_k": draws.pareto_k, "effective_draws": draws.effective}
 

@@ -80,6 +80,8 @@ _PER_JOINT = 12.0
 #: of a measured point in each evaluation of a fit, and for each element, vector and parameter [s];
 #: evaluations from one start
 _PER_POINT, _PER_DERIVATIVE, _EVALUATIONS = 2e-4, 4e-8, 30
+#: evaluations for the profile of a parameter, and for posterior draws with those that find them
+_OF_PROFILE, _DRAWN = 16, 300
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -273,7 +275,9 @@ def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob
     # derivatives by each parameter take two residuals
     effort = study.cases[name].contact.declaration.relative_time * elements * vectors
     of_point = _PER_POINT + _PER_DERIVATIVE * effort * (1 + len(measured.parameters))
-    evaluations = _EVALUATIONS * measured.starts
+    # the profile of each parameter, and draws that need no derivatives
+    count = len(measured.parameters)
+    evaluations = _EVALUATIONS * measured.starts + _OF_PROFILE * count + _DRAWN / (1 + count)
     seconds = of_point * evaluations * study.measured_points.get(name, 1)
     key = f"{CASE_FOLDER}/{name}.yaml: measured.starts"
     return EstimatedJob("calibration", name, _SOLVER, seconds, key, f"to fit {name}")

@@ -43,11 +43,12 @@ _ENOUGH = 0.1
 _OF_SNAKEMAKE = re.compile(
     r"$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using |Provided "
     r"|Rules claiming|Conda env|Loading script|Elapsed time|Complete log"
-    r"|RuleException|CalledProcessError|Exiting because a job"
-    r"|Removing output files of failed job|Shutting down|WorkflowError:\nAt "
+    r"|Exiting because a job|Removing output files of failed job|Shutting down|WorkflowError:\nAt "
 )
+#: that a command failed, and how it ended
+_STATUS = re.compile(r"^RuleException:\s+CalledProcessError.*\b((?:returned|died) .*)", re.DOTALL)
 #: events of Snakemake that tell a user nothing
-_UNTOLD = ("run_info", "workflow_started", "resources_info", "shellcmd", "job_started")
+_UNTOLD = ("run_info", "workflow_started", "resources_info", "job_started")
 #: where in a Snakefile a configuration was refused
 _FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", line \d+, in .*')
 
@@ -58,6 +59,7 @@ class _Job(NamedTuple):
     words: str
     seconds: float
     log: tuple[str, ...] = ()
+    reason: str = ""
 
 
 class Progress(logging.Formatter):
@@ -88,22 +90,24 @@ class Progress(logging.Formatter):
         self._jobs: dict[int, _Job] = {}
         self._failed: dict[int, _Job] = {}
         self._ended: _Job | None = None
+        self._status = ""
         self._planned, self._done, self._begin = 0.0, 0.0, time.monotonic()
 
     @classmethod
     def of_terminal(
         cls,
-        logger: logging.Logger,
+        logger: logging.Logger | None,
         answer: Callable[[], str],
         seconds: Callable[[float], float],
         is_dry: bool = False,
     ) -> "Progress":
-        """That of the handler by which a logger writes to the terminal, if it has one."""
+        """That of the handler by which a logger writes to the terminal, of none without either."""
         progress = cls(None, answer, seconds, is_dry)
-        for handler in logger.handlers:
+        for handler in logger.handlers if logger else ():
             if handler.name == "DefaultStreamHandler":
                 progress._usual = handler.formatter or progress._usual
-                handler.addFilter(progress)
+                # jobs are noted of which nothing is told, as --quiet asks
+                handler.filters.insert(0, progress)
                 handler.setFormatter(progress)
         return progress
 
@@ -115,7 +119,7 @@ class Progress(logging.Formatter):
         """A line for each job that failed, with the reason and the log."""
         lines = []
         for job in self._failed.values():
-            reason = next(filter(None, map(_last_line, job.log)), "")
+            reason = next(filter(None, map(_critical_line, job.log)), "") or job.reason
             lines.append(f"failed: {job.words}{reason and ': ' + reason}")
             lines += [f"  log: {path}" for path in job.log]
         return "\n".join(lines)
@@ -130,18 +134,27 @@ class Progress(logging.Formatter):
             # a blank line would stand before it
             return job.seconds > _LONG
         if event == "job_finished":
-            self._ended = self._jobs.get(vars(record).get("job_id", -1))
+            number = vars(record).get("job_id", -1)
+            self._ended = self._jobs.get(number)
+            self._failed.pop(number, None)  # it was tried again
             self._done += self._ended.seconds if self._ended else _SHORT
             return False
         if event == "job_error":
             number, is_new = vars(record)["jobid"], vars(record)["jobid"] not in self._failed
-            self._failed[number] = self._note(record)
+            told = vars(record).get("rule_msg") or vars(record).get("msg") or ""
+            reason = self._status or " ".join(str(told).split())
+            self._failed[number] = self._note(record)._replace(reason=reason)
+            self._status = ""
             return is_new
         if event in _UNTOLD:
             return False
         if event not in ("", "error"):
             return True
         line = str(record.msg or "")
+        if status := _STATUS.search(line):
+            # the job's own words come from its log
+            self._status = status[1]
+            return False
         if line.startswith(_UP_TO_DATE):
             # the answer comes last, where it is after a run
             print(line, file=sys.stderr, flush=True)
@@ -157,7 +170,10 @@ class Progress(logging.Formatter):
                 job = self._jobs[told["jobid"]]
                 return f"     begins: {job.words}, up to {_duration(job.seconds)}"
             if event == "job_error":
-                return f"     failed: {self._failed[told['jobid']].words}"
+                line = f"     failed: {self._failed[told['jobid']].words}"
+                if getattr(self._usual, "show_failed_logs", False):
+                    line += f"\n{self._usual.format(record)}"
+                return line
             if event == "progress":
                 words = self._ended.words if self._ended else ""
                 return f"{told['done']:>4} of {told['total']} done: {words}{self._left()}"
@@ -225,11 +241,12 @@ def _duration(seconds: float) -> str:
     return f"about {minutes} minute{'s'[: minutes - 1]}"
 
 
-def _last_line(path: str) -> str:
-    """The last line of a log that tells why a job failed; empty of none."""
+def _critical_line(path: str) -> str:
+    """What a log says of the failure of its job (``provenance.logs``); empty of none."""
     try:
         with open(path, encoding="utf-8", errors="replace") as file:
-            lines = [line.strip() for line in file if line.strip()]
+            told = [line.partition(" CRITICAL ")[2].strip() for line in file]
     except OSError:
         return ""
-    return lines[-1] if lines else ""
+    # without the name of the logger
+    return next((line.partition(": ")[2] for line in reversed(told) if line), "")

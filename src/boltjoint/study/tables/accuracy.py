@@ -233,7 +233,8 @@ def tabulate_sensors(response: xr.Dataset) -> pd.DataFrame:
         for quantity in ("frequency", "amplitude")
     )
     bars = response.get("peak_amplitude_error", xr.full_like(response["force_level"], np.nan))
-    is_tested = bool(np.isfinite(bars).any())
+    # without the error of the basis a bar would say too little
+    is_tested = bool(np.isfinite(bars + response.get("basis_amplitude_error", np.nan)).any())
     rows = [
         {
             "sensor": str(name),

@@ -251,7 +251,9 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
         If a variable is missing or of another kind.
     """
     draws = _numbers(calibration, "draws", "draw", "parameter")
-    ends = np.quantile(draws, list(_QUANTILES.values()), axis=0)
+    ends = np.full((len(_QUANTILES), draws.shape[1]), np.nan)
+    if len(draws):
+        ends = np.quantile(draws, list(_QUANTILES.values()), axis=0)
     return pd.DataFrame(
         {
             "parameter": _words(calibration, "parameter", "parameter"),

@@ -216,7 +216,7 @@ function drawView() {
 
 function pick(pair) {
   const number = space.pairs.length / 3;
-  if (!Number.isInteger(pair) || pair < 0 || pair >= number) return;
+  if (pair !== null && (!Number.isInteger(pair) || pair < 0 || pair >= number)) return;
   look.pair = pair;
   at("pair-number").value = pair;
   drawView();
@@ -224,9 +224,9 @@ function pick(pair) {
 }
 
 // a loop with its dissipation: displacement in a unit, whose product with N has another
-function plotLoop(x, y, name, words, [unit, ofWork]) {
-  let work = 0;
-  for (let i = 1; i < x.length; i++) work += (y[i] + y[i - 1]) / 2 * (x[i] - x[i - 1]);
+function plotLoop(x, y, name, words, [unit, ofWork], known) {
+  let work = known || 0;
+  for (let i = 1; i < x.length && known === undefined; i++) work += (y[i] + y[i - 1]) / 2 * (x[i] - x[i - 1]);
   const title = `dissipation in a period: ${numberText(Number(Math.abs(work).toPrecision(3)))} ${ofWork}`;
   const traces = [{ x, y, mode: "lines", line: { color: ink, width: 2 },
     hovertemplate: `%{x:.4g} ${unit}<br>%{y:.4g} N<extra></extra>`, name }];
@@ -248,9 +248,9 @@ function drawLoop() {
   if (look.pair !== null) return drawLoopOfPair(peak);
   if (!peak || !peak.friction) return null;
   at("pair-facts").textContent = `The whole joint at the peak at ${numberText(peak.level)} ${view.unit}: ` +
-    `friction of all pairs, as a force at the output point${peak.harmonics ? ` (with ${peak.harmonics})` : ""}.`;
+    `friction of all pairs in the shape of the deflection, as a force at the output point${peak.harmonics ? ` (with ${peak.harmonics})` : ""}.`;
   const [x, y] = [peak.output, peak.friction].map((text) => Array.from(unpack(text)));
-  return plotLoop([...x, x[0]], [...y, y[0]], "joint", "displacement of the output point", ["mm", "mJ"]);
+  return plotLoop([...x, x[0]], [...y, y[0]], "joint", "displacement of the output point", ["mm", "mJ"], peak.work);
 }
 
 function drawLoopOfPair(peak) {
@@ -336,7 +336,7 @@ function fillView() {
   at("loop-csv").addEventListener("click", () =>
     download(`${view.case}_loop.csv`, loopAsCsv(), "text/csv"));
   at("loop-png").addEventListener("click", () => downloadPicture("loop-plot", `${view.case}_loop`));
-  at("pair-number").addEventListener("change", (event) => pick(Number(event.target.value)));
+  at("pair-number").addEventListener("change", (event) => pick(event.target.value ? Number(event.target.value) : null));
 }
 
 async function openView() {

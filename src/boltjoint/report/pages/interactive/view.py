@@ -107,8 +107,7 @@ def _farthest(joint: Joint, motion: PeriodicMotion) -> Array:
     """First harmonic of the modal coordinates when the output point is farthest, (modes,)."""
     sine, cosine = motion.in_components(("sin", "cos"))
     output = motion.amplitude(joint.response_mode)
-    farthest: Array = ((sine + 1j * cosine) * np.exp(-1j * np.angle(output))).real
-    return farthest
+    return np.real((sine + 1j * cosine) * np.exp(-1j * np.angle(output)))
 
 
 @dataclass(frozen=True)
@@ -396,4 +395,6 @@ def _loops(joint: Joint, motion: PeriodicMotion, frequency: float) -> dict[str, 
         "output": pack(of_output * _MM),
         "friction": pack(of_joint),
         "samples": _SAMPLES,
+        "work": float(np.sum(force * np.diff(displacement, axis=1, append=displacement[:, :1])))
+        * _MM,
     }

@@ -33,10 +33,9 @@ from boltjoint.structure.makers.deck.assembled import node_of_element
 from boltjoint.structure.makers.deck.beams import bolt_beams
 from boltjoint.structure.makers.deck.bolts import SectionBolt, bolts_of
 from boltjoint.structure.makers.deck.content import Coupling, Reference
-from boltjoint.structure.makers.deck.interfaces import faces_of_contact
+from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
-from boltjoint.structure.makers.deck.structure import tied_pairs
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 
 _MM = 1e-3
@@ -219,7 +218,9 @@ class _Writer:
         description, metre = self._description, self._mesh.metre
         every = description.ties.tolerance_mm
         pairs = [(tie.slave, tie.master, tie.tolerance) for tie in self._deck.ties]
-        pairs += [(pair.slave, pair.master, None) for pair in tied_pairs(description, self._deck)]
+        pairs += [
+            (pair.slave, pair.master, None) for pair in tied_pairs(description.contact, self._deck)
+        ]
         adjust = "NO" if description.ties.adjust == "none" else "YES"
         for slave, master, tolerance in pairs:
             (first, of_slave), (second, of_master) = map(self._of_reference, (slave, master))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
-from boltjoint.structure.makers.deck.content import Reference
+from boltjoint.structure.makers.deck.content import ContactPair, Deck, Reference
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
 from boltjoint.structure.segments.weighted_points import WeightedPoints, weighted_points
@@ -56,6 +56,27 @@ def is_named(pair: tuple[str, str], contact: "Sequence[DeckContact]") -> bool:
     return any(
         names == frozenset(name.upper() for name in interface.surfaces) for interface in contact
     )
+
+
+def tied_pairs(contact: "Sequence[DeckContact]", deck: Deck) -> list[ContactPair]:
+    """Contact pairs of a deck that are not named, and so are tied.
+
+    Raises
+    ------
+    ValueError
+        If the deck ties one itself.
+    """
+    pairs = [
+        pair for pair in deck.contact if not is_named((pair.slave.text, pair.master.text), contact)
+    ]
+    tied = {frozenset((tie.slave.text.upper(), tie.master.text.upper())): tie for tie in deck.ties}
+    for pair in pairs:
+        if tie := tied.get(frozenset((pair.slave.text.upper(), pair.master.text.upper()))):
+            raise ValueError(
+                f"{pair.place}: *CONTACT PAIR: {pair.slave.text} and {pair.master.text} are tied "
+                f"by *TIE {tie.name} at {tie.place} already"
+            )
+    return pairs
 
 
 def points_of_contact(

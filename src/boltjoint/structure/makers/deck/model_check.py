@@ -16,9 +16,9 @@ from boltjoint.structure.makers.deck.bolts import (
     lengths_given,
     loads_of,
 )
+from boltjoint.structure.makers.deck.interfaces import tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
-from boltjoint.structure.makers.deck.structure import tied_pairs
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 
 _MM, _GPA = 1e3, 1e-9
@@ -50,7 +50,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     assembled = constrain(
         as_read,
         boundaries=boundaries,
-        tied_pairs=tied_pairs(description, as_read.deck),
+        tied_pairs=tied_pairs(description.contact, as_read.deck),
         tolerance=None if tolerance is None else tolerance / _MM,
         adjust=description.ties.adjust,
     )

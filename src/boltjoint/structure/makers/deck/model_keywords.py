@@ -303,12 +303,19 @@ def spring(reading: Reading, block: Block) -> None:
     """SPRING: stiffness of the elements SPRINGA of a set, whose first data line is blank."""
     if "NONLINEAR" in block.options:
         raise block.refused("NONLINEAR is not read")
-    if not block.rows:
+    # a blank line is none; degrees of freedom that stand there mean nothing for SPRINGA
+    first = 0
+    if block.rows and (len(block.rows) > 1 or len(block.fields(0)) > 1):
+        fields = block.fields(0)
+        if not all(field in "123456" for field in fields):
+            raise block.refused("a stiffness that depends on temperature is not read")
+        first = 1
+    if len(block.rows) > first + 1:
+        raise block.refused("a stiffness that depends on temperature is not read")
+    if len(block.rows) <= first:
         raise block.refused("its second data line, the stiffness, is missing")
     elements = _named(reading, block, "ELSET")
-    # a blank line is none; programs that write degrees of freedom there ignore them
-    row = min(1, len(block.rows) - 1)
-    reading.deck.springs.append(PointProperty(elements, lines.reals(block, row, 1)[0]))
+    reading.deck.springs.append(PointProperty(elements, lines.reals(block, first, 1)[0]))
 
 
 #: within steps too

@@ -22,8 +22,7 @@ from boltjoint.structure.makers.deck.bolts import (
     lengths_given,
     loads_of,
 )
-from boltjoint.structure.makers.deck.content import ContactPair, Deck
-from boltjoint.structure.makers.deck.interfaces import is_named, points_of_contact
+from boltjoint.structure.makers.deck.interfaces import points_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 from boltjoint.structure.model import Bolt, Row, Structure, unit_row
@@ -114,7 +113,7 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
     assembled = constrain(
         as_read,
         boundaries=boundaries,
-        tied_pairs=tied_pairs(description, deck),
+        tied_pairs=tied_pairs(description.contact, deck),
         tolerance=None if tolerance is None else _MM * tolerance,
         adjust=description.ties.adjust,
     )
@@ -179,29 +178,6 @@ def _model(description: Description, folder: str | Path) -> DeckModel:
     )
     _log(model, lengths_given(deck, bolts))
     return model
-
-
-def tied_pairs(description: Description, deck: Deck) -> list[ContactPair]:
-    """Contact pairs of a deck that are not named, and so are tied.
-
-    Raises
-    ------
-    ValueError
-        If the deck ties one itself.
-    """
-    pairs = [
-        pair
-        for pair in deck.contact
-        if not is_named((pair.slave.text, pair.master.text), description.contact)
-    ]
-    tied = {frozenset((tie.slave.text.upper(), tie.master.text.upper())): tie for tie in deck.ties}
-    for pair in pairs:
-        if tie := tied.get(frozenset((pair.slave.text.upper(), pair.master.text.upper()))):
-            raise ValueError(
-                f"{pair.place}: *CONTACT PAIR: {pair.slave.text} and {pair.master.text} are tied "
-                f"by *TIE {tie.name} at {tie.place} already"
-            )
-    return pairs
 
 
 def _motions(

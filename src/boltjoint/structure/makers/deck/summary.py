@@ -11,7 +11,7 @@ from boltjoint.config.deck import Summary
 from boltjoint.config.described import MeshSize
 from boltjoint.structure.makers.deck.bolts import bolts_of
 from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
-from boltjoint.structure.makers.deck.interfaces import faces_of_contact
+from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.mesh import Mesh, mesh_of
 from boltjoint.structure.makers.deck.reader import read_deck
@@ -33,6 +33,7 @@ def summary_of(description: "Description", folder: Path) -> Summary:
     deck = mesh.deck
     mesh.blocks(1.0, 1.0)
     mesh.refuse_inverted()
+    tied_pairs(description.contact, deck)
     points = 0
     for interface in description.contact:
         first, _ = faces_of_contact(mesh, interface)
