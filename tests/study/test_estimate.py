@@ -178,7 +178,7 @@ def test_nothing_is_known_of_the_nodes_of_a_cluster(study):
     found = estimate.estimate(study())
     assert estimate.shortage(found, None) is None
     line = estimate.summary(found, None, None)
-    assert " of one core if nothing" in line and line.endswith(")")
+    assert " of one core, starting from scratch" in line and line.endswith(")")
 
 
 def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_path):
