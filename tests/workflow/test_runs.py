@@ -101,7 +101,12 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
     damaged.write_bytes(kept[0][: len(kept[0]) // 2])
     ran = snakemake(copied, made_of_it)
     assert ran.returncode != 0
-    (line,) = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
+    told = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
+    (line,) = [each for each in told if " CRITICAL " in each]
+    # and again at the end, above its log
+    *_, reason, where = ran.stderr.splitlines()
+    assert [reason] == [each for each in told if each.startswith("failed: ")]
+    assert where.startswith("  log: results/logs/") and rule in where
     assert str(damaged.relative_to(copied)) in line and "checksum" in line
     assert "Traceback" not in ran.stderr
     logs = {path: path.read_text() for path in (copied / "results/logs").rglob("*.log")}

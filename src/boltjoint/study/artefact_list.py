@@ -2,8 +2,9 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from boltjoint.names import PAGES, REFERENCE, Basis, Coordinates, JointName, Preload
@@ -39,7 +40,8 @@ class Artefact:
     @property
     def fields(self) -> dict[str, Any]:
         """What the file is of."""
-        values = ((field.name, getattr(self, field.name)) for field in fields(self)[2:])
+        # the first two are not; ``dataclasses.fields`` takes its time, of all files of a study
+        values = islice(vars(self).items(), 2, None)
         return {name: value for name, value in values if value is not None}
 
     @property
@@ -54,14 +56,15 @@ class Artefact:
     @property
     def paths(self) -> tuple[str, ...]:
         """All files that are made together with it."""
+        path = self.path
         if self.form == "table":
             html = layout.shown("html", self.kind, **self.fields)
-            return self.path, html, layout.beside(self.path)
+            return path, html, layout.beside(path)
         if self.form == "page":
-            return self.path, layout.page(self.kind, packed=True)
-        if self.path.endswith((".csv", ".json")):
-            return self.path, layout.beside(self.path)
-        return (self.path,)
+            return path, layout.page(self.kind, packed=True)
+        if path.endswith((".csv", ".json")):
+            return path, layout.beside(path)
+        return (path,)
 
 
 def _solved_of(

@@ -52,6 +52,7 @@ class Responses:
     def __init__(self, study: "Study", timed: Mapping[str, Collection[str]] | None = None) -> None:
         self.study, self._timed = study, timed
         self._responses: dict[str, list[Response]] = {}
+        self._joints: dict[tuple[str, str], list[JointName]] = {}
 
     def cases_and_bases(self) -> list[tuple[str, Basis]]:
         """Every case with every basis that it is solved in."""
@@ -71,7 +72,10 @@ class Responses:
 
     def joints(self, case: str, basis: str) -> list[JointName]:
         """The joints that are solved in a basis, and those of regions they are reduced from."""
-        return with_regions([REFERENCE[0], *self.study.case(case).joints(basis)])
+        if (case, basis) not in self._joints:
+            joints = self.study.case(case).joints(basis)
+            self._joints[case, basis] = with_regions([REFERENCE[0], *joints])
+        return self._joints[case, basis].copy()
 
     def fitted(self, case: str, basis: str) -> list[JointName]:
         """The joints of a case and basis whose elements are fitted."""
