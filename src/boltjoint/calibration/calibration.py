@@ -196,7 +196,7 @@ class Calibration:
             at = before + step
             at = max(at, bound) if side < 0 else min(at, bound)
             try:
-                others, square = self._fitted_beside(n, at, others)
+                others, square = _fitted_beside(self, n, at, others)
             except ValueError:
                 return bound  # nothing is known beyond
             root = np.sqrt(max(square - least, 0.0))
@@ -212,34 +212,6 @@ class Calibration:
         """What the fit made least: half the sum of squares, of those that its loss counts less."""
         square = (self.compared.residual(scaled) / self.robust_scale) ** 2
         return 0.5 * self.robust_scale**2 * float(np.sum(_LOSSES[self.loss](square)))
-
-    def _fitted_beside(self, n: int, at: float, guess: Array) -> tuple[Array, float]:
-        """All other parameters fitted beside one that is held, and twice the least cost.
-
-        A ``ValueError`` where the model refuses the parameters, or those near them.
-        """
-        free = np.arange(guess.size) != n
-
-        def whole(x: Array) -> Array:
-            joined = np.empty(guess.size)
-            joined[free], joined[n] = x, at
-            return joined
-
-        if not free.any():
-            return whole(guess[free]), 2 * self._cost(whole(guess[free]))
-        low, high = self.compared.space.bounds
-        inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
-        fit = least_squares(
-            lambda x: self.compared.residual(whole(x)),
-            inside[free],
-            jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
-            bounds=(low[free], high[free]),
-            x_scale="jac",
-            loss=self.loss,
-            f_scale=self.robust_scale,
-            max_nfev=50,
-        )
-        return whole(fit.x), 2 * fit.cost
 
     def draws(self, count: int = 400, seed: int = 1) -> ImportanceDraws:
         """Posterior draws: the normal approximation, resampled by the true sum of squares.
@@ -301,3 +273,34 @@ class Calibration:
         for curve, (f, z) in zip(self.compared.measured, self.rms_errors, strict=True):
             lines.append(f"{curve.name}: {f:.2g} rms in frequency and {z:.2g} in damping, relative")
         return "\n".join(lines)
+
+
+def _fitted_beside(
+    calibration: Calibration, n: int, at: float, guess: Array
+) -> tuple[Array, float]:
+    """All other parameters fitted beside one that is held, and twice the least cost.
+
+    A ``ValueError`` where the model refuses the parameters, or those near them.
+    """
+    free = np.arange(guess.size) != n
+
+    def whole(x: Array) -> Array:
+        joined = np.empty(guess.size)
+        joined[free], joined[n] = x, at
+        return joined
+
+    if not free.any():
+        return whole(guess[free]), 2 * calibration._cost(whole(guess[free]))
+    low, high = calibration.compared.space.bounds
+    inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+    fit = least_squares(
+        lambda x: calibration.compared.residual(whole(x)),
+        inside[free],
+        jac=lambda x: calibration.compared.residual_and_jacobian(whole(x))[1][:, free],
+        bounds=(low[free], high[free]),
+        x_scale="jac",
+        loss=calibration.loss,
+        f_scale=calibration.robust_scale,
+        max_nfev=50,
+    )
+    return whole(fit.x), 2 * fit.cost

@@ -259,7 +259,7 @@ class Contents(Responses):
         if self.study.case(case).measured is not None:
             for kind in ("calibration", "fitted_case"):
                 yield Artefact(kind, **self.calibrated(case))
-        checked, by_differences = self.checked(case), self.by_differences(case)
+        checked, by_differences = set(self.checked(case)), set(self.by_differences(case))
         for response in self.responses(case):
             fields = {"case": case, **response._asdict()}
             yield Artefact("response", **fields)
