@@ -21,9 +21,9 @@ def terminal():
 
 
 def attach(logger, is_dry=False):
-    return Progress.of_terminal(
-        logger, lambda: "Open overview.html", estimate.seconds_of_runtime, is_dry
-    )
+    progress = Progress(lambda: "Open overview.html", estimate.seconds_of_runtime, is_dry)
+    progress.attach(logger)
+    return progress
 
 
 def begin(logger, number, rule, runtime=10, **wildcards):

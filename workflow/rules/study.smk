@@ -43,14 +43,12 @@ def answer():
     return answers(study)
 
 
-# jobs on other machines, and a workflow with this one as its module, tell all themselves
-own_terminal = workflow.is_main_process and workflow.modifier.is_main_snakefile()
-progress = Progress.of_terminal(
-    logger if own_terminal else None,
-    answer,
-    estimate.seconds_of_runtime,
-    workflow.output_settings.dryrun,
+progress = Progress(
+    answer, estimate.seconds_of_runtime, workflow.output_settings.dryrun
 )
+# jobs on other machines, and a workflow with this one as its module, tell all themselves
+if workflow.is_main_process and workflow.modifier.is_main_snakefile():
+    progress.attach(logger)
 
 
 def own_file(path):

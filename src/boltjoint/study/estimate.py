@@ -17,6 +17,7 @@ from boltjoint.provenance.environment import machine_memory as machine_memory
 from boltjoint.structure.bolts import yield_warning
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import all_jobs, jobs_on
+from boltjoint.study.progress import duration
 
 _GIB = 2**30
 #: the two Snakemakes that start a job on a node of a cluster [byte]
@@ -102,10 +103,7 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
 
     Both are None where jobs go to a cluster.
     """
-    minutes = needed.seconds / (cores or 1) / 60
-    time = f"about {minutes:.0f} minutes" if minutes < 100 else f"about {minutes / 60:.0f} hours"
-    if minutes < 1.5:
-        time = "less than a minute" if minutes < 1 else "about a minute"
+    time = duration(needed.seconds / (cores or 1))
     solved = f"{needed.responses} frequency responses"
     if needed.designs:
         solved += f" and {needed.designs} designs"

@@ -67,8 +67,6 @@ class Progress(logging.Formatter):
 
     Parameters
     ----------
-    usual
-        Formatter of lines that are not changed.
     answer
         Gives the answer of the study, where nothing is left to do.
     seconds
@@ -79,13 +77,12 @@ class Progress(logging.Formatter):
 
     def __init__(
         self,
-        usual: logging.Formatter | None,
         answer: Callable[[], str],
         seconds: Callable[[float], float],
         is_dry: bool = False,
     ) -> None:
         super().__init__()
-        self._usual = usual or logging.Formatter()
+        self._usual = logging.Formatter()
         self._answer, self._seconds, self._is_dry = answer, seconds, is_dry
         self._jobs: dict[int, _Job] = {}
         self._failed: dict[int, _Job] = {}
@@ -93,23 +90,14 @@ class Progress(logging.Formatter):
         self._status = ""
         self._planned, self._done, self._begin = 0.0, 0.0, time.monotonic()
 
-    @classmethod
-    def of_terminal(
-        cls,
-        logger: logging.Logger | None,
-        answer: Callable[[], str],
-        seconds: Callable[[float], float],
-        is_dry: bool = False,
-    ) -> "Progress":
-        """That of the handler by which a logger writes to the terminal, of none without either."""
-        progress = cls(None, answer, seconds, is_dry)
-        for handler in logger.handlers if logger else ():
+    def attach(self, logger: logging.Logger) -> None:
+        """Take over the handler by which a logger writes to the terminal, if it has one."""
+        for handler in logger.handlers:
             if handler.name == "DefaultStreamHandler":
-                progress._usual = handler.formatter or progress._usual
+                self._usual = handler.formatter or self._usual
                 # jobs are noted of which nothing is told, as --quiet asks
-                handler.filters.insert(0, progress)
-                handler.setFormatter(progress)
-        return progress
+                handler.filters.insert(0, self)
+                handler.setFormatter(self)
 
     def start(self, runtimes: Iterable[float]) -> None:
         """Note the jobs of a run by their ``runtime`` [min]."""
@@ -126,7 +114,7 @@ class Progress(logging.Formatter):
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record of Snakemake is told."""
-        event = str(getattr(record, "event", "") or "")
+        event, told = _event(record), vars(record)
         if self._is_dry:
             return True
         if event == "job_info":
@@ -134,15 +122,15 @@ class Progress(logging.Formatter):
             # a blank line would stand before it
             return job.seconds > _LONG
         if event == "job_finished":
-            number = vars(record).get("job_id", -1)
+            number = told.get("job_id", -1)
             self._ended = self._jobs.get(number)
             self._failed.pop(number, None)  # it was tried again
             self._done += self._ended.seconds if self._ended else _SHORT
             return False
         if event == "job_error":
-            number, is_new = vars(record)["jobid"], vars(record)["jobid"] not in self._failed
-            told = vars(record).get("rule_msg") or vars(record).get("msg") or ""
-            reason = self._status or " ".join(str(told).split())
+            number, is_new = told["jobid"], told["jobid"] not in self._failed
+            words = told.get("rule_msg") or told.get("msg") or ""
+            reason = self._status or " ".join(str(words).split())
             self._failed[number] = self._note(record)._replace(reason=reason)
             self._status = ""
             return is_new
@@ -164,11 +152,11 @@ class Progress(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         """The line or lines of a record."""
-        event, told = str(getattr(record, "event", "") or ""), vars(record)
+        event, told = _event(record), vars(record)
         if not self._is_dry:
             if event == "job_info":
                 job = self._jobs[told["jobid"]]
-                return f"     begins: {job.words}, up to {_duration(job.seconds)}"
+                return f"     begins: {job.words}, up to {duration(job.seconds)}"
             if event == "job_error":
                 line = f"     failed: {self._failed[told['jobid']].words}"
                 if getattr(self._usual, "show_failed_logs", False):
@@ -200,7 +188,7 @@ class Progress(logging.Formatter):
         if self._done < _ENOUGH * self._planned:
             return ""
         left = (time.monotonic() - self._begin) * (self._planned / self._done - 1)
-        return f", {_duration(left)} left" if left > _LONG else ""
+        return f", {duration(left)} left" if left > _LONG else ""
 
 
 def words_of(rule: str, wildcards: Mapping[str, object]) -> str:
@@ -236,9 +224,23 @@ def _runtime(resources: object) -> float:
     return float(runtime) if isinstance(runtime, int | float) else 0.0
 
 
-def _duration(seconds: float) -> str:
-    minutes = max(1, round(seconds / 60))
-    return f"about {minutes} minute{'s'[: minutes - 1]}"
+def _event(record: logging.LogRecord) -> str:
+    """What a record of Snakemake is of; empty of a plain line."""
+    return str(getattr(record, "event", "") or "")
+
+
+def duration(seconds: float) -> str:
+    """A time in words.
+
+    >>> duration(20), duration(70), duration(600), duration(9000)
+    ('less than a minute', 'about a minute', 'about 10 minutes', 'about 2 hours')
+    """
+    minutes = seconds / 60
+    if minutes < 1:
+        return "less than a minute"
+    if minutes < 1.5:
+        return "about a minute"
+    return f"about {minutes:.0f} minutes" if minutes < 100 else f"about {minutes / 60:.0f} hours"
 
 
 def _critical_line(path: str) -> str:

@@ -18,7 +18,7 @@ from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.structure.limits import LIMITS, STRESS
+from boltjoint.structure.limits import LIMITS, STRESS, Limit
 from boltjoint.study import layout
 from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
@@ -281,7 +281,7 @@ def headline(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
     notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
     beyond = _is_beyond(peaks)
     has_stress = REACHED[STRESS.name] in peaks
-    limits = [_TEXT.limits(has_stress, beyond.any())] if _has_limits(peaks) else []
+    limits = [_TEXT.limits(has_stress, beyond.any())] if _shares_of_limits(peaks) else []
     if harmonics := in_words(peaks[SOLVED, "harmonics"]):
         peaks = peaks.rename(columns={SOLVED: f"with {harmonics}"}, level=0)
     peaks = peaks.drop(columns="harmonics", level=1)
@@ -302,26 +302,25 @@ def statement_of(rows: pd.DataFrame) -> str:
 def _beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
     """Forces whose peaks are beyond a limit of the model, and what that means."""
     beyond = []
-    for limit in LIMITS:
-        if REACHED[limit.name] in peaks:
-            shares = peaks[REACHED[limit.name]] / 100
-            far = peaks["", "force_N"][shares > limit.tolerated]
-            if problem := limit.told(shares.max()):
-                beyond.append((", ".join(f"{force:g}" for force in far), problem))
+    for limit, shares in _shares_of_limits(peaks).items():
+        far = peaks["", "force_N"][shares > limit.tolerated]
+        if problem := limit.told(shares.max()):
+            beyond.append((", ".join(f"{force:g}" for force in far), problem))
     return beyond
 
 
 def _is_beyond(peaks: pd.DataFrame) -> pd.Series:
     """Whether each peak is beyond a limit of the model."""
     beyond = pd.Series(False, peaks.index)
-    for limit in LIMITS:
-        if REACHED[limit.name] in peaks:
-            beyond |= peaks[REACHED[limit.name]] > 100 * limit.tolerated
+    for limit, shares in _shares_of_limits(peaks).items():
+        beyond |= shares > limit.tolerated
     return beyond
 
 
-def _has_limits(peaks: pd.DataFrame) -> bool:
-    return any(column in peaks for column in REACHED.values())
+def _shares_of_limits(peaks: pd.DataFrame) -> dict[Limit, pd.Series]:
+    """The share of each limit that is known which each peak reaches."""
+    known = [limit for limit in LIMITS if REACHED[limit.name] in peaks]
+    return {limit: peaks[REACHED[limit.name]] / 100 for limit in known}
 
 
 def _is_untested(peaks: pd.DataFrame) -> bool:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
@@ -20,6 +21,8 @@ from boltjoint.structure.makers.deck.interfaces import tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
+
+Array = NDArray[np.float64]
 
 _MM, _GPA = 1e3, 1e-9
 #: moduli [Pa], densities [kg/m3] and sizes [m] of joints
@@ -113,29 +116,23 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
     bolts = bolts_of(mesh.deck, wanted)
     loads = loads_of(mesh.deck, bolts)
     lengths = lengths_given(mesh.deck, bolts)
-    told, body = [], constraints.bodies(mesh)
+    told, body, of_beams = [], constraints.bodies(mesh), beams.bolt_beams(mesh.deck)
     for number, bolt in enumerate(bolts):
         words = [bolt.name]
         if isinstance(bolt, SectionBolt):
             section = mesh.deck.pretension[bolt.section]
             cut = next((other for other in assembled.cuts if other.section is section), None)
             if cut is not None:
-                axis = ", ".join(f"{component:.3g}" for component in cut.normal)
                 words.append(f"section of {len(cut.node)} nodes, {1e6 * cut.area:.4g} mm²")
-                words.append(f"axis ({axis})")
-                words.append(f"{_MM * _length(mesh, body, cut):.5g} mm long")
-            for beam in beams.bolt_beams(mesh.deck):
-                if beam.section is section:
-                    along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
-                    length = float(np.linalg.norm(along))
-                    axis = ", ".join(f"{component:.3g}" for component in along / length)
-                    area = beam.sizes[0] * mesh.metre**2
-                    words.append(f"beam of {1e6 * area:.4g} mm²")
-                    words.append(f"axis ({axis})")
-                    words.append(f"{_MM * length:.5g} mm long")
+                words += _axis(cut.normal, _length(mesh, body, cut))
+            beam = next((other for other in of_beams if other.section is section), None)
+            if beam is not None:
+                along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])
+                length = float(np.linalg.norm(along))
+                words.append(f"beam of {1e6 * beam.sizes[0] * mesh.metre**2:.4g} mm²")
+                words += _axis(along / length, length)
         else:
-            axis = ", ".join(f"{component:.3g}" for component in bolt.direction)
-            words.append(f"between two couplings, along ({axis})")
+            words.append(f"between two couplings, along {_direction(bolt.direction)}")
             apart = np.subtract(*mesh.coordinate[bolt.node]) @ bolt.direction
             words.append(f"{_MM * abs(apart):.5g} mm apart")
         if loads is not None:
@@ -144,6 +141,14 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
             words.append("given a length in the deck")
         told.append(", ".join(words))
     return {"bolts": "; ".join(told)}
+
+
+def _axis(direction: Array, length: float) -> tuple[str, str]:
+    return f"axis {_direction(direction)}", f"{_MM * length:.5g} mm long"
+
+
+def _direction(components: Array) -> str:
+    return f"({', '.join(f'{component:.3g}' for component in components)})"
 
 
 def _length(mesh: Mesh, body: Indices, cut: Cut) -> float:

@@ -304,18 +304,14 @@ def spring(reading: Reading, block: Block) -> None:
     if "NONLINEAR" in block.options:
         raise block.refused("NONLINEAR is not read")
     # a blank line is none; degrees of freedom that stand there mean nothing for SPRINGA
-    first = 0
-    if block.rows and (len(block.rows) > 1 or len(block.fields(0)) > 1):
-        fields = block.fields(0)
-        if not all(field in "123456" for field in fields):
-            raise block.refused("a stiffness that depends on temperature is not read")
-        first = 1
-    if len(block.rows) > first + 1:
+    count, fields = len(block.rows), block.fields(0) if block.rows else []
+    row = int(count > 1 or len(fields) > 1)
+    if count > row + 1 or (row and not set(fields) <= set("123456")):
         raise block.refused("a stiffness that depends on temperature is not read")
-    if len(block.rows) <= first:
+    if count == row:
         raise block.refused("its second data line, the stiffness, is missing")
     elements = _named(reading, block, "ELSET")
-    reading.deck.springs.append(PointProperty(elements, lines.reals(block, first, 1)[0]))
+    reading.deck.springs.append(PointProperty(elements, lines.reals(block, row, 1)[0]))
 
 
 #: within steps too
