@@ -9,7 +9,7 @@ import subprocess
 import time
 
 import pytest
-from small_study import COMMAND, SWEEP, environment, run, write, write_config
+from small_study import COMMAND, SWEEP, environment, run, write
 
 from boltjoint.config.study import load_study
 from boltjoint.study.artefact_list import Contents
@@ -64,9 +64,10 @@ def tasks(*states):
     return [each for each in listed.split() if "_" in each]
 
 
-def test_a_node_that_fails_or_is_drained_costs_a_sweep_nothing(node, project, finished, tmp_path):
-    folder = shutil.copytree(project, tmp_path / "study")
-    write_config(folder)
+def test_a_node_that_fails_or_is_drained_costs_a_sweep_nothing(node, copied, finished, tmp_path):
+    folder = copied
+    # the joint is there: of the cluster the study needs its designs alone
+    shutil.rmtree(folder / "results/sweeps")
     write(folder / "config/sweeps/grid.yaml", SWEEP | {"designs_per_job": 1})
     chunks = Contents(load_study(folder)).files("chunk", form="data", sweep="grid")
     assert len(chunks) == 6
