@@ -118,5 +118,6 @@ def test_whole_numbers_as_people_write_them():
     ],
 )
 def test_what_is_no_number(study, text, shown):
-    content = changed(content_of(CASE), "preload_N", parse_mapping(f"k: {text}")["k"])
-    assert problems_of(study, CASE, content) == [f"{CASE}: preload_N: {shown} must be a number"]
+    key = "contact.friction_coefficient"
+    content = changed(content_of(CASE), key, parse_mapping(f"k: {text}")["k"])
+    assert problems_of(study, CASE, content) == [f"{CASE}: {key}: {shown} must be a number"]

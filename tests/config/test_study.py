@@ -20,6 +20,7 @@ CASE = "config/cases/three_bolt_constant.yaml"
 HIGH = "config/cases/three_bolt_constant_38kN.yaml"
 ASSEMBLY = "config/assemblies/three_bolt.yaml"
 FOUR = "config/assemblies/four_bolt.yaml"
+THREE = "config/assemblies/three_bolt.yaml"
 
 
 def edit(study, file, old, new):
@@ -222,6 +223,21 @@ def test_more_harmonics_need_coordinates_that_have_them(study):
     ]
     settings["solver"]["harmonics"] = 1
     load_study(study, settings)
+
+
+def test_bolts_of_a_half_lap_have_numbers_for_names(study):
+    only = {"cases": ["three_bolt_constant"], "sweeps": []}
+    by_name = "preload_N: 10000\nbolt_preloads_N: {bolt 2: 2500, bolt 3: 0}"
+    edit(study, CASE, "preload_N: 10000", by_name)
+    case = load_study(study, only).cases["three_bolt_constant"]
+    assert (case.preload, case.preload_ratios) == ("10000,2500,0", (1.0, 0.25, 0.0))
+    # the assembly has a preload for cases without
+    edit(study, CASE, by_name, "")
+    assert load_study(study, only).cases["three_bolt_constant"].preload == "10000"
+    edit(study, THREE, "preload_N: 10000", "")
+    assert problems_of(study, only) == [
+        f"{CASE}: preload_N: is missing: three_bolt gives its bolts none"
+    ]
 
 
 def test_an_assembly_that_no_case_tightens_needs_a_preload_for_an_enriched_basis(study):

@@ -49,6 +49,32 @@ def test_a_deck_has_sizes_bolts_and_files(study):
     assert assembly.surface_names == ("lap",)
 
 
+def test_bolts_have_preloads_by_their_names_or_by_the_deck(study, text):
+    def preload(case, **changes):
+        return study(case, **changes).case("small").preload
+
+    none = {"preload_N": None}
+    assert preload(none) == "10000"
+    assert preload(none, preload_N=8000) == "8000"
+    assert preload({"preload_N": 5000}) == "5000"
+    assert preload({"bolt_preloads_N": {"cut-1": 3000}}) == "10000,3000"
+    assert preload({"bolt_preloads_N": {"cut-0": 30_000}}) == "30000,10000"
+    last = text.rindex("10000.0")
+    other = f"{text[:last]}4000.0{text[last + 7 :]}"
+    assert preload(none, text=other) == "10000,4000"
+    assert preload(none | {"preload_ratios": [0.5, 1]}, text=other) == "5000,4000"
+    assert preload(none | {"bolt_preloads_N": {"cut-0": 2000}}, text=other) == "2000,4000"
+    # without a load of one bolt all are named, or have a preload
+    some = f"{text[:last]}0.0{text[last + 7 :]}"
+    by_name = none | {"bolt_preloads_N": {"cut-0": 2000}}
+    with pytest.raises(ConfigError, match=r"preload_N: .*gives its bolts none, nor does .* cut-1"):
+        preload(by_name, text=some)
+    by_name["bolt_preloads_N"]["cut-1"] = 1000
+    assert preload(by_name, text=some) == "2000,1000"
+    with pytest.raises(ConfigError, match=r"preload_N: .*is missing: .* gives its bolts none$"):
+        preload(none, text=some)
+
+
 @pytest.mark.parametrize(
     ("changes", "case", "line"),
     [
@@ -64,6 +90,22 @@ def test_a_deck_has_sizes_bolts_and_files(study):
             "two_bolt.yaml: config/joint.inp has no *SURFACE lap; there are: lap_a, lap_b",
         ),
         ({}, {"preload_ratios": [1, 1, 1]}, "must have 2 ratios, one for each bolt of two_bolt"),
+        (
+            {},
+            {"preload_N": None, "preload_ratios": [1]},
+            "must have 2 ratios, one for each bolt of two_bolt",
+        ),
+        (
+            {},
+            {"bolt_preloads_N": {"cut_1": 1, "cut-3": 1}},
+            "bolt_preloads_N.cut_1: 1 is no bolt of two_bolt; did you mean cut-1?",
+        ),
+        (
+            {},
+            {"bolt_preloads_N": {"cut-1": 1}, "preload_ratios": [1, 1]},
+            "must not stand beside preload_ratios",
+        ),
+        ({}, {"bolt_preloads_N": {"cut-0": 0, "cut-1": 0}}, "must have one above 0: a bolt that"),
         (
             {"base": "closed"},
             VARIABLE,

@@ -145,6 +145,7 @@ WITHOUT = {
     "flange": {"": "sizes are those of the mesh: tests/structure/test_flange.py counts it"},
     "case": {
         "accelerations_m_per_s2": "as forces_N, with another excitation",
+        "bolt_preloads_N": "as many as bolts",
         "contact": _OF_MATERIAL,
         "damping": _OF_MATERIAL,
         "excitation": "a vector of the modes, whatever the number of points",

@@ -85,7 +85,7 @@ class WholeBlock(NamedTuple):
 class Case(EntryWithLaterKeys):
     """One case study: an assembly under a preload, its contact, forces and joint models."""
 
-    LATER_KEYS = frozenset({"measured"})
+    LATER_KEYS = frozenset({"bolt_preloads_N", "measured"})
 
     description: Description = ""
     """Description of the case in one line; no result depends on it."""
@@ -94,9 +94,13 @@ class Case(EntryWithLaterKeys):
     ``resources/source/case_studies.csv``. By default the case is compared with none."""
     assembly: Name
     """The assembly: a file of ``assemblies/`` without ``.yaml``."""
-    preload_N: Positive
-    """Preload of each bolt. A warning is given where it strains the shanks beyond yield, of
-    class 8.8 by default: the model stays elastic."""
+    preload_N: Positive | None = None
+    """Preload of each bolt; by default what the assembly gives its bolts, as the loads of a deck. A
+    warning is given where it strains the shanks beyond yield, of class 8.8 by default: the model
+    stays elastic."""
+    bolt_preloads_N: Annotated[dict[str, NotNegative], Field(min_length=1)] | None = None
+    """Preload of some bolts by their names, which are ``bolt 1`` and so on where the assembly gives
+    them none; the others have ``preload_N``. In place of ``preload_ratios``."""
     preload_ratios: Annotated[tuple[NotNegative, ...], Field(min_length=1)] | None = None
     """Preload of each bolt over ``preload_N``, in the order of the assembly; by default 1 for all.
     Head and nut of a bolt without preload stay tied to the bars: only the contact opens."""
@@ -156,9 +160,21 @@ class Case(EntryWithLaterKeys):
         return LossFactor(_LOSS_FACTOR if self.loss_factor is None else self.loss_factor)
 
     @property
+    def tells_preload(self) -> bool:
+        """Whether the preload of each bolt is told without its name, and without the assembly."""
+        return self.preload_N is not None and self.bolt_preloads_N is None
+
+    @property
+    def nominal_preload(self) -> float:
+        """Preload of a bolt whose ratio is 1 [N]."""
+        if self.preload_N is None:
+            raise ValueError("the preload of the case is that of its assembly")
+        return self.preload_N
+
+    @property
     def preload(self) -> Preload:
         """Preload of each bolt."""
-        return Preload.of(self.preload_N, self.preload_ratios)
+        return Preload.of(self.nominal_preload, self.preload_ratios)
 
     @property
     def is_base_excited(self) -> bool:
@@ -255,6 +271,8 @@ class Case(EntryWithLaterKeys):
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
         if self.preload_ratios is not None and not any(self.preload_ratios):
             yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
+        if self.bolt_preloads_N is not None and self.preload_ratios is not None:
+            yield ("bolt_preloads_N",), "must not stand beside preload_ratios"
         yield from self._conflicts_of_preload_name()
         yield from self._conflicts_of_excitation()
         blocks = self.blocks
@@ -273,6 +291,8 @@ class Case(EntryWithLaterKeys):
 
     def _conflicts_of_preload_name(self) -> Problems:
         """Preloads that cannot be the name of a folder and, with the assembly, of files."""
+        if self.preload_N is None:
+            return
         length = len(self.assembly) + len(self.preload)
         if length > _LONGEST_NAMES:
             yield (

@@ -1,6 +1,7 @@
 """What does not go together in a study: cases, assemblies and settings."""
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from typing import Any
 
 from boltjoint.config.case import Case
 from boltjoint.config.described import Described
@@ -33,11 +34,60 @@ def conflicts_of_case(
         )
 
 
+def tightened(
+    content: Mapping[str, Any], case: Case, assembly: Described
+) -> tuple[dict[str, Any], list[tuple[KeyPath, str]]]:
+    """The content of a case with the preload that bolts have by name, or by their assembly.
+
+    Parameters
+    ----------
+    content, case
+        What the file says, and what it was read as.
+    assembly
+        Its assembly.
+
+    Returns
+    -------
+    dict, list
+        The content, where ``preload_N`` and ``preload_ratios`` tell all; and what is wrong.
+    """
+    named, names = case.bolt_preloads_N or {}, assembly.bolt_names
+    problems: list[tuple[KeyPath, str]] = [
+        (("bolt_preloads_N", name), f"is no bolt of {case.assembly}{choice(name, names)}")
+        for name in named
+        if name not in names
+    ]
+    own = assembly.own_preload if case.preload_N is None else Preload.of(case.preload_N)
+    missing = [name for name in names if name not in named]
+    if own is None and (missing or not names):
+        sentence = f"is missing: {case.assembly} gives its bolts none"
+        if named:
+            sentence += f", nor does bolt_preloads_N tell that of {missing[0]}"
+        problems.append((("preload_N",), sentence))
+    if problems:
+        return {}, problems
+    of_all = 0.0 if own is None else own.of_bolts
+    if not isinstance(of_all, tuple):
+        of_all = (of_all,) * max(1, len(names))
+    preloads = [named.get(name, value) for name, value in zip(names, of_all, strict=False)]
+    nominal = case.preload_N or max(preloads or of_all)
+    if not any(preloads or of_all):
+        return {}, [(("bolt_preloads_N",), "must have one above 0: a bolt that carries the load")]
+    ratios = [value / nominal for value in preloads]
+    given = case.preload_ratios or (1.0,) * len(ratios)
+    changed = {key: value for key, value in content.items() if key != "bolt_preloads_N"}
+    changed["preload_N"] = nominal
+    # given ones that are not as many as bolts stay, and are refused for that
+    if len(given) == len(ratios) and any(ratio != 1 for ratio in ratios):
+        changed["preload_ratios"] = [a * b for a, b in zip(ratios, given, strict=True)]
+    return changed, []
+
+
 def conflicts_of_preload(case: Case, assembly: Described | None) -> Problems:
     """Other preloads than bolts, or than the one of loads that are given."""
     if assembly is not None and (given := assembly.given_loads) is not None:
         key, preload = given
-        if case.preload_N != preload:
+        if case.nominal_preload != preload:
             yield ("preload_N",), f"must be {preload:g}, that of {key} of {case.assembly}"
     if assembly is not None and case.preload_ratios is not None:
         bolts = assembly.bolt_count
@@ -183,7 +233,7 @@ def other_preloads(
         if assembly in gapped:
             loads = f"one preload, with {assemblies[assembly].GAP_KEY}"
         alike = {
-            name: Preload.of(case.preload_N if assembly in gapped else 1, case.preload_ratios)
+            name: Preload.of(case.nominal_preload if assembly in gapped else 1, case.preload_ratios)
             for name, case in cases.items()
             if case.assembly == assembly
         }
@@ -207,7 +257,7 @@ def missing_preloads(
     used = {case.assembly for case in cases}
     enriched = [basis for case in cases for basis in case.bases if basis.is_contact_adapted]
     for name, assembly in assemblies.items():
-        if enriched and assembly and name not in used and assembly.preload_N is None:
+        if enriched and assembly and name not in used and assembly.own_preload is None:
             yield name, f"is missing: {enriched[0]} is made from the contact under preload"
 
 

@@ -24,6 +24,7 @@ from boltjoint.config.types import (
     Problems,
     conflicts_of_factorisation,
 )
+from boltjoint.names import Preload
 
 #: of one unit in m, kg and s
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}
@@ -36,11 +37,15 @@ Solid = Literal["C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R", "C3D10", "C3D15", "C3D
 
 
 class Summary(NamedTuple):
-    """Sizes of the mesh of a deck, names of its bolts, and whether something is held."""
+    """Sizes of the mesh of a deck, names of its bolts, and whether something is held.
+
+    ``preload`` is what the deck loads its bolts with; None where it leaves one out.
+    """
 
     size: MeshSize
     bolts: tuple[str, ...]
     has_support: bool
+    preload: Preload | None
 
 
 class Units(Entry):
@@ -245,6 +250,16 @@ class Deck(Described):
     def bolt_count(self) -> int:
         """Number of bolts."""
         return len(self.bolts) if self.bolts != "from deck" else len(self.summary.bolts)
+
+    @property
+    def bolt_names(self) -> tuple[str, ...]:
+        """Names of ``bolts``, or those of the deck."""
+        return self.summary.bolts
+
+    @property
+    def own_preload(self) -> Preload | None:
+        """``preload_N``, or the loads of the deck."""
+        return super().own_preload or self.summary.preload
 
     @property
     def input_names(self) -> tuple[str, ...]:

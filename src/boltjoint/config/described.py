@@ -10,6 +10,7 @@ from boltjoint.config.bolts import Shank, bolt_size
 from boltjoint.config.entries import Entry
 from boltjoint.config.excitation import Point
 from boltjoint.config.types import Positive, Problems
+from boltjoint.names import Preload
 
 if TYPE_CHECKING:
     from boltjoint.config.gap_map import GapMap
@@ -129,7 +130,8 @@ class Described(Entry):
     type: str
     """Kind of structure, by which the rest is read."""
     preload_N: Positive | None = None
-    """Preload of each bolt, to tabulate the contact while no case uses the assembly."""
+    """Preload of each bolt of cases that give none; the contact is tabulated while no case uses the
+    assembly."""
 
     #: whether its maker meshes it, and draws the mesh
     HAS_MESH: ClassVar[bool] = False
@@ -164,6 +166,16 @@ class Described(Entry):
     @abstractmethod
     def bolt_count(self) -> int:
         """Number of bolts."""
+
+    @property
+    def bolt_names(self) -> tuple[str, ...]:
+        """Names of the bolts, in the order of their preloads."""
+        return tuple(f"bolt {number + 1}" for number in range(self.bolt_count))
+
+    @property
+    def own_preload(self) -> Preload | None:
+        """That of cases which give none; None where the assembly does not tell one either."""
+        return None if self.preload_N is None else Preload.of(self.preload_N)
 
     @property
     def input_names(self) -> tuple[str, ...]:

@@ -26,6 +26,7 @@ from boltjoint.config.types import (
     VariableName,
     conflicts_of_factorisation,
 )
+from boltjoint.names import Preload
 
 #: number of a degree of freedom
 Dof = Annotated[int, Field(strict=True, ge=0), INTEGRAL]
@@ -158,6 +159,17 @@ class Matrices(Described):
     def bolt_count(self) -> int:
         """Number of bolts."""
         return len(self.bolts)
+
+    @property
+    def bolt_names(self) -> tuple[str, ...]:
+        """Names of ``bolts``."""
+        return tuple(bolt.name for bolt in self.bolts)
+
+    @property
+    def own_preload(self) -> Preload | None:
+        """``preload_N``, or that of normal loads which are given."""
+        given = self.given_loads
+        return super().own_preload if given is None else Preload.of(given[1])
 
     @property
     def input_names(self) -> tuple[str, ...]:

@@ -157,6 +157,8 @@ def _allowed(field: Schema) -> str:
             return "keys of the case, each with a list or as below"
         case {"additionalProperties": {"$ref": _}}:
             return "parameters, each as below"
+        case {"additionalProperties": {"type": kind, "minimum": least}}:
+            return f"names of bolts, each with a {_KINDS[kind]} ≥ {least:g}"
         case {"additionalProperties": {"type": kind}}:
             return f"names of columns, each with a {_KINDS[kind]}"
         case {"enum": values}:

@@ -16,6 +16,7 @@ from boltjoint.config.conflicts import (
     conflicts_when_solved,
     missing_preloads,
     other_preloads,
+    tightened,
 )
 from boltjoint.config.conflicts_of_measured import conflicts_of_measured, count_points
 from boltjoint.config.csv_table import TableError
@@ -118,7 +119,19 @@ class StudyContent:
             assembly = None if case is None else self.assemblies.get(case.assembly)
             if case is not None and assembly is not None:
                 with self.files.checking(_case_file(name)):
-                    self.cases[name] = _damped(case, assembly)
+                    self.cases[name] = self._completed(name, case, assembly)
+            elif case is not None and not case.tells_preload:
+                self.cases[name] = None
+
+    def _completed(self, name: str, case: Case, assembly: Described) -> Case | None:
+        """The case with what its assembly gives, and ratios in place of preloads by name."""
+        if case.tells_preload:
+            return _damped(case, assembly)
+        file, content = _case_file(name), self._contents[name]
+        told, problems = tightened(content, case, assembly)
+        self.files.note(file, (with_value(content, *problem) for problem in problems))
+        read = None if problems else self.files.check(Case, file, told)
+        return None if read is None else _damped(read, assembly)
 
     @cached_property
     def gap_maps(self) -> dict[str, GapMap]:

@@ -73,7 +73,7 @@ class CalibratedJoint:
         case = Case.model_validate(with_values(self.case, own))
         before, after = dict(self.base.contact.options), dict(case.contact.options)
         law, _ = before.pop("law"), after.pop("law")
-        preload = case.preload_N / self.base.preload_N
+        preload = case.nominal_preload / self.base.nominal_preload
         joint = rescale_contact(self.joint, law, before, after, preload)
         elements = _with_regions(joint, of_regions)
         frequency = ratio * joint.natural_frequency

@@ -309,7 +309,7 @@ class SweptJoint:
         """All joints with the contact and the preload of a design."""
         before, after = dict(self.base.contact.options), dict(case.contact.options)
         law, _ = before.pop("law"), after.pop("law")
-        ratio = case.preload_N / self.base.preload_N
+        ratio = case.nominal_preload / self.base.nominal_preload
         return [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
 
     def _window(self, joints: Sequence[Joint]) -> tuple[float, float]:

@@ -124,18 +124,20 @@ def summary(needed: Estimate, memory: float | None, cores: int | None) -> str:
 def overstrained(study: Study) -> list[str]:
     """A line for each preload that strains the shanks of an assembly beyond yield."""
     tightened = [
-        (f"{CASE_FOLDER}/{name}.yaml", study.assemblies[case.assembly], case.preload_N)
+        (f"{CASE_FOLDER}/{name}.yaml", study.assemblies[case.assembly], case.preload)
         for name, case in study.cases.items()
     ]
     used = {case.assembly for case in study.cases.values()}
     tightened += [
-        (f"{ASSEMBLY_FOLDER}/{name}.yaml", described, described.preload_N)
+        (f"{ASSEMBLY_FOLDER}/{name}.yaml", described, preload)
         for name, described in study.assemblies.items()
-        if name not in used and described.preload_N is not None
+        if name not in used and (preload := described.own_preload) is not None
     ]
     lines = []
     for file, described, preload in tightened:
-        if described.shank and (sentence := yield_warning(preload, *described.shank)):
+        of_bolts = preload.of_bolts
+        largest = max(of_bolts) if isinstance(of_bolts, tuple) else of_bolts
+        if described.shank and (sentence := yield_warning(largest, *described.shank)):
             lines.append(f"{file}: preload_N: {sentence}")
     return lines
 

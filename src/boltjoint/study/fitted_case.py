@@ -11,6 +11,8 @@ from boltjoint.config.varied_keys import path_of, value_at, with_value_at
 
 #: characters of a line of words
 _WIDTH = 96
+#: keys of a case that its file may leave out
+_WITH_DEFAULT = "loss_factor", "preload_N"
 
 
 def fitted_case(name: str, content: Mapping[str, Any], calibration: xr.Dataset) -> str:
@@ -39,7 +41,7 @@ def fitted_case(name: str, content: Mapping[str, Any], calibration: xr.Dataset) 
         map(bool, calibration["is_determined"].to_numpy()),
         strict=True,
     ):
-        if key == "loss_factor" or _has(changed, key):
+        if key in _WITH_DEFAULT or _has(changed, key):
             changed = with_value_at(_with_parent(changed, key), path_of(key), _rounded(value))
             note = "" if is_determined else f"{key} is not told by the measurement."
         else:

@@ -172,9 +172,10 @@ class Responses:
         every = (self.study.cases | self.study.base_cases).values()
         used = [(case.assembly, case.preload) for case in every]
         nominal = [
-            (name, Preload.of(described.preload_N))
+            (name, preload)
             for name, described in self.study.assemblies.items()
-            if described.preload_N is not None and all(name != assembly for assembly, _ in used)
+            if all(name != assembly for assembly, _ in used)
+            and (preload := described.own_preload) is not None
         ]
         return list(dict.fromkeys(used + nominal))
 

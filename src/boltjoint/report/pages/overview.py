@@ -117,7 +117,7 @@ def _peaks(study: Study, content: PageContent, accuracies: _Accuracies) -> Marku
             accuracy = accuracies[name, family]
             row = identity(study.cases, name, family)
             row[("", "friction_law")] = case.contact.declaration.name
-            row[("", "preload_N")] = case.preload_N
+            row[("", "preload_N")] = case.nominal_preload
             row[("", "friction_elements")] = content.friction_elements(name, family)
             if accuracy is not None:
                 row |= _peaks_of(study, case, family, accuracy.frame)

@@ -78,7 +78,7 @@ def joint_figures(basis: CaseBasis, joint: str) -> Markup:
 
 def _elements(table: StudyTable, basis: CaseBasis) -> Markup:
     comparison = basis.content.comparison
-    beside = comparison.elements(table.artefact, table.frame, basis.case.preload_N)
+    beside = comparison.elements(table.artefact, table.frame, basis.case.nominal_preload)
     return table.html(
         f"Fitted elements: {table.artefact.fields['joint'].label}",
         ["In the order in which they start to slip.", *beside.notes],

@@ -9,7 +9,8 @@ import numpy as np
 
 from boltjoint.config.deck import Summary
 from boltjoint.config.described import MeshSize
-from boltjoint.structure.makers.deck.bolts import bolts_of
+from boltjoint.names import Preload
+from boltjoint.structure.makers.deck.bolts import bolts_of, loads_of
 from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.lines import Place
@@ -39,10 +40,15 @@ def summary_of(description: "Description", folder: Path) -> Summary:
         first, _ = faces_of_contact(mesh, interface)
         points += len(first) if interface.points == "faces" else len(first.nodes)
     wanted = None if isinstance(description.bolts, str) else description.bolts
-    names = tuple(bolt.name for bolt in bolts_of(deck, wanted))
+    bolts = bolts_of(deck, wanted)
+    names = tuple(bolt.name for bolt in bolts)
+    preload = None
+    if (loads := loads_of(deck, bolts)) is not None:
+        largest = float(loads.max())
+        preload = Preload.of(description.units.newton * largest, (loads / largest).tolist())
     elements = sum(len(solid.place) for solid in mesh.solids)
     held = any(len(deck.nodes_of(boundary.nodes)) for boundary in supports_of(description, deck))
-    return Summary(MeshSize(len(mesh.nodes), elements, points), names, held)
+    return Summary(MeshSize(len(mesh.nodes), elements, points), names, held, preload)
 
 
 def described_mesh(description: "Description", folder: Path) -> Mesh:
