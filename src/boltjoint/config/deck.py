@@ -37,14 +37,16 @@ Solid = Literal["C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R", "C3D10", "C3D15", "C3D
 
 
 class Summary(NamedTuple):
-    """Sizes of the mesh of a deck, names of its bolts, and whether something is held.
-
-    ``preload`` is what the deck loads its bolts with; None where it leaves one out.
-    """
+    """Sizes of the mesh of a deck, and whether something is held."""
 
     size: MeshSize
-    bolts: tuple[str, ...]
     has_support: bool
+
+
+class BoltsOfDeck(NamedTuple):
+    """Names of the bolts of a deck, and the loads that it gives them; None where one has none."""
+
+    names: tuple[str, ...]
     preload: Preload | None
 
 
@@ -216,6 +218,7 @@ class Deck(Described):
     on, where it is installed, else SuperLU."""
     _folder: Path = PrivateAttr(Path())
     _summary: Summary | None = PrivateAttr(None)
+    _bolts_of_deck: BoltsOfDeck | None = PrivateAttr(None)
 
     @property
     def named_files(self) -> tuple[str, ...]:
@@ -231,15 +234,22 @@ class Deck(Described):
         """The same description, whose files lie in a folder."""
         copy = self.model_copy()
         copy._folder = folder
-        copy._summary = None
+        copy._summary = copy._bolts_of_deck = None
         return copy
 
     @property
     def summary(self) -> Summary:
-        """Sizes and bolts; a ``ValueError`` where the deck does not tell them."""
+        """Sizes and supports; a ``ValueError`` where the deck does not tell them."""
         if self._summary is None:
             self._summary = maker(self.type).summary_of(self, self._folder)
         return self._summary
+
+    @property
+    def bolts_of_deck(self) -> BoltsOfDeck:
+        """Names and loads of the bolts; a ``ValueError`` where the deck has none."""
+        if self._bolts_of_deck is None:
+            self._bolts_of_deck = maker(self.type).bolts_in(self, self._folder)
+        return self._bolts_of_deck
 
     @property
     def size(self) -> MeshSize:
@@ -249,17 +259,17 @@ class Deck(Described):
     @property
     def bolt_count(self) -> int:
         """Number of bolts."""
-        return len(self.bolts) if self.bolts != "from deck" else len(self.summary.bolts)
+        return len(self.bolts) if self.bolts != "from deck" else len(self.bolt_names)
 
     @property
     def bolt_names(self) -> tuple[str, ...]:
         """Names of ``bolts``, or those of the deck."""
-        return self.summary.bolts
+        return self.bolts_of_deck.names
 
     @property
     def own_preload(self) -> Preload | None:
         """``preload_N``, or the loads of the deck."""
-        return super().own_preload or self.summary.preload
+        return super().own_preload or self.bolts_of_deck.preload
 
     @property
     def input_names(self) -> tuple[str, ...]:
@@ -301,7 +311,7 @@ class Deck(Described):
     def conflicts_of_files(self) -> Problems:
         """What the deck does not hold."""
         try:
-            _ = self.summary
+            _ = self.summary, self.bolts_of_deck
         except ValueError as error:
             yield (), str(error)
 

@@ -3,14 +3,17 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from boltjoint.config.deck import BoltsOfDeck, Summary
 from boltjoint.config.deck import Deck as Description
-from boltjoint.config.deck import Summary
 
 if TYPE_CHECKING:
     from boltjoint.config.described import MeshSize
     from boltjoint.structure.model import Structure
 
-__all__ = ["CALCULIX", "PAGE", "Description", "check", "files_of", "make", "size_of", "summary_of"]
+__all__ = [
+    *("CALCULIX", "PAGE", "Description"),
+    *("bolts_in", "check", "files_of", "make", "size_of", "summary_of"),
+]
 
 
 #: module that tells pages of them
@@ -27,10 +30,17 @@ def make(description: Description, folder: Path) -> "Structure":
 
 
 def summary_of(description: Description, folder: Path) -> Summary:
-    """Sizes, bolts and supports."""
+    """Sizes and supports."""
     from boltjoint.structure.makers.deck import summary
 
     return summary.summary_of(description, folder)
+
+
+def bolts_in(description: Description, folder: Path) -> BoltsOfDeck:
+    """Names and loads of the bolts."""
+    from boltjoint.structure.makers.deck import summary
+
+    return summary.bolts_in(description, folder)
 
 
 def size_of(description: Description, folder: Path) -> "MeshSize":

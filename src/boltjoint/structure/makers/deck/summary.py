@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from boltjoint.config.deck import Summary
+from boltjoint.config.deck import BoltsOfDeck, Summary
 from boltjoint.config.described import MeshSize
 from boltjoint.names import Preload
 from boltjoint.structure.makers.deck.bolts import bolts_of, loads_of
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def summary_of(description: "Description", folder: Path) -> Summary:
-    """Sizes, bolts and supports of a deck, without a geometry.
+    """Sizes and supports of a deck.
 
     Raises
     ------
@@ -39,16 +39,29 @@ def summary_of(description: "Description", folder: Path) -> Summary:
     for interface in description.contact:
         first, _ = faces_of_contact(mesh, interface)
         points += len(first) if interface.points == "faces" else len(first.nodes)
+    elements = sum(len(solid.place) for solid in mesh.solids)
+    held = any(len(deck.nodes_of(boundary.nodes)) for boundary in supports_of(description, deck))
+    return Summary(MeshSize(len(mesh.nodes), elements, points), held)
+
+
+def bolts_in(description: "Description", folder: Path) -> BoltsOfDeck:
+    """Names and loads of the bolts of a deck.
+
+    Raises
+    ------
+    ValueError
+        If the deck cannot be read, or lacks the bolts.
+    """
+    deck = read_deck(folder, description.file, description.kinds)
     wanted = None if isinstance(description.bolts, str) else description.bolts
     bolts = bolts_of(deck, wanted)
     names = tuple(bolt.name for bolt in bolts)
-    preload = None
-    if (loads := loads_of(deck, bolts)) is not None:
-        largest = float(loads.max())
-        preload = Preload.of(description.units.newton * largest, (loads / largest).tolist())
-    elements = sum(len(solid.place) for solid in mesh.solids)
-    held = any(len(deck.nodes_of(boundary.nodes)) for boundary in supports_of(description, deck))
-    return Summary(MeshSize(len(mesh.nodes), elements, points), names, held, preload)
+    loads = loads_of(deck, bolts)
+    if loads is None:
+        return BoltsOfDeck(names, None)
+    largest = float(loads.max())
+    newton = description.units.newton
+    return BoltsOfDeck(names, Preload.of(newton * largest, (loads / largest).tolist()))
 
 
 def described_mesh(description: "Description", folder: Path) -> Mesh:
