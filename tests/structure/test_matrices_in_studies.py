@@ -87,14 +87,15 @@ def modal_study(made, tmp_path):
     return read
 
 
-def test_a_case_without_damping_has_the_ratios_of_the_modes(modal_study):
+def test_a_case_has_the_damping_and_the_preload_that_come_with_the_modes(modal_study):
     modes = {"damping_ratio": "zeta"}
     undamped = {"loss_factor": None}
     of_modes = modal_study(undamped, modes=modes).case("small").structural_damping
     assert of_modes == ModalDamping((1e-3, 3e-3))
     own = modal_study({}, modes=modes).case("small").structural_damping
     assert own == LossFactor(CASE["loss_factor"])
-    study = modal_study(undamped)
+    study = modal_study(undamped | {"preload_N": None})
+    assert study.case("small").preload == "10000"
     assert study.case("small").structural_damping == LossFactor(0.002)
     # the preload of given loads says what they are
     varied = keys_that_vary(
@@ -107,6 +108,7 @@ def test_a_case_without_damping_has_the_ratios_of_the_modes(modal_study):
 @pytest.mark.parametrize(
     ("case", "line"),
     [
+        ({"bolt_preloads_N": {"bolt 1": 9000}}, "is no bolt of two_bolt; there are: none"),
         ({"preload_N": 9000}, "preload_N: 9000 must be 10000, that of contact.normal_load of "),
         ({"modes": ["enriched-4"]}, "must be free-N or all-N: nothing but modes is known of "),
         ({"sweeps": ["loads"]}, "must not vary with contact.normal_load of two_bolt: loads that "),
