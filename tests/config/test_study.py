@@ -225,7 +225,7 @@ def test_more_harmonics_need_coordinates_that_have_them(study):
     load_study(study, settings)
 
 
-def test_bolts_of_a_half_lap_have_numbers_for_names(study):
+def test_bolts_without_names_have_numbers(study):
     only = {"cases": ["three_bolt_constant"], "sweeps": []}
     by_name = "preload_N: 10000\nbolt_preloads_N: {bolt 2: 2500, bolt 3: 0}"
     edit(study, CASE, "preload_N: 10000", by_name)

@@ -73,6 +73,38 @@ def test_a_lap_in_the_manner_of_abaqus_is_the_one_that_is_built(tiny, described)
     assert np.allclose(*response, rtol=1e-7, atol=1e-9 * response[0].max())
 
 
+def test_a_plane_parts_a_shank_as_its_section_does(described, tiny):
+    text = deck_of(tiny, 8e3)
+    keys = {
+        "elements": [{"kind": "C3D8R", "read_as": "C3D8I"}],
+        "contact": [{"name": "lap", "surfaces": ["lap_a", "lap_b"], "points": "nodes"}],
+    }
+    of_sections = structure_of_deck(described(text, **keys), described(text, **keys).folder)
+    # neither sections nor a load that tells a direction
+    bare = re.sub(r"\*Pre-tension Section.*\n.*\n", "", text)
+    place = 1e3 * tiny["coordinate"].to_numpy()[tiny["section_node"].to_numpy()[:, 0]]
+    points = [place[tiny["section_bolt"].to_numpy() == bolt].mean(axis=0) for bolt in range(2)]
+
+    def by_planes(*normal):
+        plane = [{"point_mm": point.tolist(), "normal": list(normal)} for point in points]
+        bolts = [{"name": f"bolt_{bolt}", "plane": one} for bolt, one in enumerate(plane)]
+        return described(bare, bolts=bolts, **keys)
+
+    description = by_planes(0, 0, -2)
+    assert list(description.conflicts_of_files()) == []
+    assert (description.bolt_names, description.own_preload) == (("bolt_0", "bolt_1"), None)
+    of_planes = structure_of_deck(description, description.folder)
+    one, other = (apply_preload(each, [8e3, 4e3]) for each in (of_planes, of_sections))
+    largest = float(other["normal_load"].max())
+    assert float(abs(one["normal_load"] - other["normal_load"]).max()) < 1e-9 * largest
+    assert np.allclose(one["shank_shortening"], other["shank_shortening"], rtol=1e-9)
+    for bolt, section in zip(of_planes.bolts, of_sections.bolts, strict=True):
+        assert bolt.section == pytest.approx(section.section, rel=1e-9)
+        assert np.allclose(bolt.axis, [0, 0, -1])
+    [(_, line)] = by_planes(0, 0.1, 1).conflicts_of_files()
+    assert "no faces of elements lie in the plane of bolt bolt_0 through" in line
+
+
 #: the cubes fall apart but for a bolt between two reference nodes that pulls along z
 BOLTED = (
     TWO_CUBES + "*NODE\n100, .5, .5, 2.\n101, .5, .5, 0.\n*SURFACE, NAME=HEAD\n2, S2\n"
@@ -321,7 +353,11 @@ def test_an_element_that_is_turned_inside_out_is_told_before_any_job(described):
             "must not be given twice, or the other way",
         ),
         ({"contact": [LAP | {"surfaces": ["a", "A"]}]}, "must be another surface"),
-        ({"bolts": [{"name": "a"}], **PAIR}, "or couplings must be given, and not both"),
+        ({"bolts": [{"name": "a"}], **PAIR}, "or plane must be given, and one of them alone"),
+        (
+            {"bolts": [{"name": "a", "section": "b", "couplings": ["c", "d"]}], **PAIR},
+            "or plane must be given, and one of them alone",
+        ),
         ({"base": "closed", "initial_gap": "from deck", **PAIR}, "must be closed"),
         ({"units": {"length": "km", "mass": "t"}, **PAIR}, "'m', 'cm', 'mm', 'in' or"),
     ],

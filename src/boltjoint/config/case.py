@@ -269,11 +269,7 @@ class Case(EntryWithLaterKeys):
     def conflicts(self) -> Problems:
         if self.damping is not None and self.loss_factor is not None:
             yield ("damping",), "must not stand beside loss_factor: one of them damps the structure"
-        if self.preload_ratios is not None and not any(self.preload_ratios):
-            yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
-        if self.bolt_preloads_N is not None and self.preload_ratios is not None:
-            yield ("bolt_preloads_N",), "must not stand beside preload_ratios"
-        yield from self._conflicts_of_preload_name()
+        yield from _conflicts_of_preload(self)
         yield from self._conflicts_of_excitation()
         blocks = self.blocks
         for index, block in enumerate(blocks):
@@ -288,20 +284,6 @@ class Case(EntryWithLaterKeys):
     def place_of(self, key: str, index: int) -> KeyPath:
         """Where modes or coordinates of a block are given: in the block or in the case."""
         return (key,) if getattr(self.solve[index], key) is None else ("solve", index, key)
-
-    def _conflicts_of_preload_name(self) -> Problems:
-        """Preloads that cannot be the name of a folder and, with the assembly, of files."""
-        if self.preload_N is None:
-            return
-        length = len(self.assembly) + len(self.preload)
-        if length > _LONGEST_NAMES:
-            yield (
-                ("preload_ratios",),
-                f"makes names of files of {length} characters with the assembly: must make at most "
-                f"{_LONGEST_NAMES}, by ratios of fewer digits",
-            )
-        elif repeats_pattern(self.preload):
-            yield ("preload_ratios",), REPETITION_MEANING
 
     def _conflicts_of_excitation(self) -> Problems:
         level, other = "forces_N", "accelerations_m_per_s2"
@@ -347,6 +329,25 @@ class Case(EntryWithLaterKeys):
             if not law.has_closed_form and (joint.count == "auto" or joint.pairs is not None):
                 sentence = f"must not be {joint}, which needs a closed form of the law {law.name}"
                 yield (*above, "joints", place), sentence
+
+
+def _conflicts_of_preload(case: Case) -> Problems:
+    """Ratios of no bolt or beside preloads, or that cannot be part of the names of files."""
+    if case.preload_ratios is not None and not any(case.preload_ratios):
+        yield ("preload_ratios",), "must have a ratio above 0: a bolt that carries the load"
+    if case.bolt_preloads_N is not None and case.preload_ratios is not None:
+        yield ("bolt_preloads_N",), "must not stand beside preload_ratios"
+    if case.preload_N is None:
+        return
+    length = len(case.assembly) + len(case.preload)
+    if length > _LONGEST_NAMES:
+        yield (
+            ("preload_ratios",),
+            f"makes names of files of {length} characters with the assembly: must make at most "
+            f"{_LONGEST_NAMES}, by ratios of fewer digits",
+        )
+    elif repeats_pattern(case.preload):
+        yield ("preload_ratios",), REPETITION_MEANING
 
 
 def _conflicts_between(blocks: Sequence[WholeBlock]) -> Problems:

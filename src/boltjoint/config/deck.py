@@ -138,20 +138,35 @@ class DeckContact(Entry):
             yield ("tangent",), "must not be zero"
 
 
+class BoltPlane(Entry):
+    """A plane across the shank of a bolt, in which faces of its elements lie."""
+
+    point_mm: Vector
+    """A point in the shank: the faces that hang together with the nearest one are the section."""
+    normal: Vector
+    """Axis of the bolt."""
+
+    def conflicts(self) -> Problems:
+        if not any(self.normal):
+            yield ("normal",), "must not be zero"
+
+
 class DeckBolt(Entry):
-    """A bolt of the deck by its name in results."""
+    """A bolt of the deck by its name in results: a section of it, two couplings or a plane."""
 
     name: Name
     """Name of the bolt in results."""
     section: DeckName | None = None
-    """Surface of its pre-tension section, or number or set of its beam; or ``couplings``."""
+    """Surface of its pre-tension section, or number or set of its beam."""
     couplings: tuple[DeckName, DeckName] | None = None
     """Names of the couplings, or of the reference nodes or their sets, at head and nut, between
     which its tension acts."""
+    plane: BoltPlane | None = None
+    """Plane that parts its shank, where the deck has no section of it."""
 
     def conflicts(self) -> Problems:
-        if (self.section is None) == (self.couplings is None):
-            yield ("section",), "or couplings must be given, and not both"
+        if [self.section, self.couplings, self.plane].count(None) != 2:
+            yield ("section",), "or couplings, or plane must be given, and one of them alone"
 
 
 class Ties(Entry):

@@ -11,10 +11,20 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.csgraph import connected_components
 
-from boltjoint.structure.makers.deck.content import Deck, Load, PretensionSection
-from boltjoint.structure.makers.deck.labels import Indices
-from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.makers.deck.content import (
+    Deck,
+    FacePiece,
+    Load,
+    PretensionSection,
+    Reference,
+    SurfaceLines,
+)
+from boltjoint.structure.makers.deck.labels import WHOLE, Indices
+from boltjoint.structure.makers.deck.lines import Place
+from boltjoint.structure.makers.deck.mesh import Faces, Mesh, mesh_of
 
 if TYPE_CHECKING:
     from boltjoint.config.deck import DeckBolt
@@ -24,6 +34,10 @@ Array = NDArray[np.float64]
 
 #: forces of a bolt that differ by more do not balance
 _APART = 1e-6
+#: height of nodes above a plane, over the size of their face, up to which they lie in it
+_IN_PLANE = 1e-3
+
+_MM = 1e-3
 
 
 class SectionBolt(NamedTuple):
@@ -75,15 +89,15 @@ def bolts_of(deck: Deck, wanted: "Sequence[DeckBolt] | None") -> DeckBolts:
         return declared
     bolts: DeckBolts = []
     for described in wanted:
-        if described.section is not None:
+        section = described.section if described.plane is None else _surface_of(described)
+        if section is not None:
             names = {bolt.name.upper(): bolt for bolt in declared}
-            if described.section.upper() not in names:
+            if section.upper() not in names:
                 there = ", ".join(bolt.name for bolt in declared) or "none"
                 raise ValueError(
-                    f"{deck.file} has no *PRE-TENSION SECTION of {described.section}; there are: "
-                    f"{there}"
+                    f"{deck.file} has no *PRE-TENSION SECTION of {section}; there are: {there}"
                 )
-            bolts.append(names[described.section.upper()]._replace(name=described.name))
+            bolts.append(names[section.upper()]._replace(name=described.name))
         else:
             couplings = described.couplings or ()
             nodes = np.array([_reference_node(deck, name) for name in couplings])
@@ -173,6 +187,71 @@ def _force_on(deck: Deck, node: int) -> Array:
         if load.step == own[0].step and load.dof <= 3:
             force[load.dof - 1] += load.force
     return force
+
+
+def with_planes(mesh: Mesh, wanted: "Sequence[DeckBolt]") -> Mesh:
+    """The mesh of a deck, which gets a section for each bolt that is described by a plane.
+
+    Parameters
+    ----------
+    mesh
+        Of the deck as it was read.
+    wanted
+        The bolts.
+
+    Raises
+    ------
+    ValueError
+        If no faces lie in a plane.
+    """
+    deck, of_planes = mesh.deck, [bolt for bolt in wanted if bolt.plane is not None]
+    for bolt in of_planes:
+        name, place = _surface_of(bolt), Place(deck.file, 0)
+        point, normal, faces = _faces_in_plane(mesh, bolt)
+        pieces = []
+        for element, number in zip(faces.element.tolist(), faces.number.tolist(), strict=True):
+            label = deck.numbers.name(element).removeprefix(deck.numbers.what).strip()
+            pieces.append(FacePiece(Reference(label, WHOLE, place), number + 1))
+        deck.surfaces[name.upper()] = SurfaceLines(name, place, False, pieces)
+        own = int(deck.nodes.label.max()) + 1
+        deck.nodes.add(WHOLE, np.array([own]))
+        deck.coordinate = np.vstack([deck.coordinate, point / mesh.metre])
+        node, surface = (Reference(text, WHOLE, place) for text in (str(own), name))
+        x, y, z = normal.tolist()
+        deck.pretension.append(PretensionSection(node, surface, None, (x, y, z), place))
+    return mesh_of(deck, mesh.metre) if of_planes else mesh
+
+
+def _surface_of(bolt: "DeckBolt") -> str:
+    """Name of the surface of a bolt that is described by a plane."""
+    return f"plane of {bolt.name}"
+
+
+def _faces_in_plane(mesh: Mesh, bolt: "DeckBolt") -> tuple[Array, Array, Faces]:
+    """Point [m] and normal of the plane of a bolt, and faces in it that look along the normal."""
+    if bolt.plane is None:
+        raise ValueError(f"bolt {bolt.name} has no plane")
+    point, normal = _MM * np.array(bolt.plane.point_mm), np.array(bolt.plane.normal)
+    normal = normal / np.linalg.norm(normal)
+    height = abs((mesh.coordinate - point) @ normal)
+    every = mesh.all_faces
+    farthest = np.where(every.node < 0, 0.0, height[every.node]).max(axis=1)
+    near = np.flatnonzero(farthest <= _IN_PLANE * np.ptp(mesh.coordinate, axis=0).max())
+    faces, vectors = every.part(near), every.part(near).area_vectors(mesh.coordinate)
+    in_plane = farthest[near] <= _IN_PLANE * np.sqrt(np.linalg.norm(vectors, axis=1))
+    faces = faces.part(np.flatnonzero(in_plane & (vectors @ normal > 0)))
+    if not len(faces):
+        where = ", ".join(f"{x:g}" for x in bolt.plane.point_mm)
+        raise ValueError(
+            f"{mesh.deck.file}: no faces of elements lie in the plane of bolt {bolt.name} through "
+            f"{where} mm: mesh its shank with such a plane"
+        )
+    row, column = np.nonzero(faces.node >= 0)
+    shape = len(faces), mesh.node_count
+    at = sparse.csr_array((np.ones(len(row)), (row, faces.node[row, column])), shape=shape)
+    _, part = connected_components(at @ at.T, directed=False)
+    apart = np.linalg.norm(faces.centres(mesh.coordinate) - point, axis=1)
+    return point, normal, faces.part(np.flatnonzero(part == part[np.argmin(apart)]))
 
 
 @dataclass(frozen=True, eq=False)

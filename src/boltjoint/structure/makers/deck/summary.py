@@ -10,7 +10,7 @@ import numpy as np
 from boltjoint.config.deck import BoltsOfDeck, Summary
 from boltjoint.config.described import MeshSize
 from boltjoint.names import Preload
-from boltjoint.structure.makers.deck.bolts import bolts_of, loads_of
+from boltjoint.structure.makers.deck.bolts import bolts_of, loads_of, with_planes
 from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.lines import Place
@@ -52,7 +52,7 @@ def bolts_in(description: "Description", folder: Path) -> BoltsOfDeck:
     ValueError
         If the deck cannot be read, or lacks the bolts.
     """
-    deck = read_deck(folder, description.file, description.kinds)
+    deck = described_mesh(description, folder).deck
     wanted = None if isinstance(description.bolts, str) else description.bolts
     bolts = bolts_of(deck, wanted)
     names = tuple(bolt.name for bolt in bolts)
@@ -95,7 +95,8 @@ def described_mesh(description: "Description", folder: Path) -> Mesh:
             poissons_ratio=of_deck.poissons_ratio if ratio is None else ratio,
             density=of_deck.density if density is None else density,
         )
-    return mesh_of(deck, length)
+    wanted = () if isinstance(description.bolts, str) else description.bolts
+    return with_planes(mesh_of(deck, length), wanted)
 
 
 def _has_all(material: "DeckMaterial") -> bool:
