@@ -41,7 +41,7 @@ def end(logger, number, done, total):
 def test_each_job_that_has_ended_is_a_line_in_words(terminal):
     logger, stream = terminal
     progress = attach(logger)
-    progress.start([10, 10])
+    progress.start([10, 10], 2)
     logger.info("Building DAG of jobs...")
     logger.info("Estimate: 2 frequency responses")
     logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
@@ -60,13 +60,23 @@ def test_each_job_that_has_ended_is_a_line_in_words(terminal):
     ]
 
 
-def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(terminal, monkeypatch):
+@pytest.mark.parametrize(
+    ("cores", "left"),
+    [
+        # half of the work took 5 minutes: on a cluster the rest does; on one core it was to take 10
+        (None, 5),
+        (1, 7),
+    ],
+)
+def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(
+    terminal, monkeypatch, cores, left
+):
     logger, stream = terminal
     progress = attach(logger)
     now = 0.0
     monkeypatch.setattr("time.monotonic", lambda: now)
     # of ten, ten and no minutes: a runtime has ten minutes beside three times as much
-    progress.start([40, 40, 10])
+    progress.start([40, 40, 10], cores)
     begin(logger, 1, "solve_responses_mine_free-4", runtime=40)
     begin(logger, 2, "build_assembly", assembly="beam")
     end(logger, 2, 1, 3)
@@ -76,7 +86,7 @@ def test_long_jobs_are_told_when_they_begin_and_the_time_that_is_left(terminal, 
     ]
     now = 300.0
     end(logger, 1, 2, 3)
-    told = "   2 of 3 done: responses of mine free-4, about 5 minutes left"
+    told = f"   2 of 3 done: responses of mine free-4, about {left} minutes left"
     assert stream.getvalue().splitlines()[-1] == told
 
 

@@ -1,6 +1,7 @@
 """What a run tells in the terminal: jobs in words, the time left, why one failed, the answer."""
 
 import logging
+import math
 import re
 import sys
 import time
@@ -36,8 +37,10 @@ _WORDS = {
 _SHORT = 3.0
 #: jobs above this time are told when they begin [s]
 _LONG = 90.0
-#: share of the work from which the time that it took tells how long the rest takes
+#: share of the work from which the time that is left is told
 _ENOUGH = 0.1
+#: share of the work that would have to be done for its time to count as much as the estimated one
+_TRUST = 0.3
 
 #: what Snakemake says of itself, and of the command in which a job failed
 _OF_SNAKEMAKE = re.compile(
@@ -89,6 +92,7 @@ class Progress(logging.Formatter):
         self._ended: _Job | None = None
         self._status = ""
         self._planned, self._done, self._begin = 0.0, 0.0, time.monotonic()
+        self._cores: int | None = None
 
     def attach(self, logger: logging.Logger) -> None:
         """Take over the handler by which a logger writes to the terminal, if it has one."""
@@ -99,9 +103,10 @@ class Progress(logging.Formatter):
                 handler.filters.insert(0, self)
                 handler.setFormatter(self)
 
-    def start(self, runtimes: Iterable[float]) -> None:
-        """Note the jobs of a run by their ``runtime`` [min]."""
+    def start(self, runtimes: Iterable[float], cores: int | None) -> None:
+        """Note the jobs of a run by their ``runtime`` [min]; ``cores`` are None on a cluster."""
         self._planned, self._begin = sum(map(self._time_of, runtimes)), time.monotonic()
+        self._cores = cores
 
     def failures(self) -> str:
         """A line for each job that failed, with the reason and the log."""
@@ -184,10 +189,15 @@ class Progress(logging.Formatter):
         return _SHORT + self._seconds(runtime)
 
     def _left(self) -> str:
-        """How long the jobs that are left take, as those before; nothing of few or short ones."""
+        """How long the jobs that are left take; nothing of few or short ones.
+
+        As long over their estimated time as those before, which count the more the more there are.
+        """
         if self._done < _ENOUGH * self._planned:
             return ""
-        left = (time.monotonic() - self._begin) * (self._planned / self._done - 1)
+        taken, planned = time.monotonic() - self._begin, self._planned / (self._cores or math.inf)
+        share, trust = self._done / self._planned, _TRUST if planned else 0.0
+        left = (taken + trust * planned) / (share + trust) * (1 - share)
         return f", {duration(left)} left" if left > _LONG else ""
 
 
