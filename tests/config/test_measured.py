@@ -127,6 +127,11 @@ CURVE = ("curves", 0)
         ((*OF_FRICTION, "low"), 0.6, "friction_coefficient.low: 0.6 must be less than high, 0.5"),
         ((*OF_FRICTION, "low"), -1, "low: -1 must be greater than 0 with log: true"),
         ((*OF_FRICTION, "start"), 0.7, "start: 0.7 must lie between 0.05 and 0.5"),
+        (
+            (*OF_FRICTION, "prior"),
+            {"mean": 0.7, "standard_deviation": 0.1},
+            "prior.mean: 0.7 must lie between 0.05 and 0.5",
+        ),
         ((*OF_FRICTION, "start"), "x", 'start: "x" must be a number'),
         (("parameters", "loss_factor", "high"), 1, "loss_factor.high: 1 reaches too far: loss_"),
         (("parameters", "forces_N"), {"low": 1, "high": 2}, "forces_N: "),

@@ -94,6 +94,22 @@ def test_parameters_that_go_together_are_not_told():
     assert correlation.loc["preload_N", FRICTION] < -0.99
 
 
+def test_what_is_known_beforehand_tells_parameters_that_go_together():
+    of_torque = {"mean": 1000, "standard_deviation": 0.1}
+    preload = {"low": 500, "high": 2000, "prior": of_torque}
+    case = case_with(parameters=MEASURED["parameters"] | {"preload_N": preload}, starts=1)
+    found = fitted(case, written(backbone(TRUTH), seed=1))
+    table = tabulate_parameters(found).set_index("parameter")
+    assert (table["not_determined"] == "").all()
+    # the measurement adds nothing to it, and both parameters have its scatter
+    for name, value in (("preload_N", 1000), (FRICTION, TRUTH[FRICTION])):
+        low, high = table.loc[name, ["95_%_from", "95_%_to"]]
+        assert low < value < high
+        assert np.log(high / low) == pytest.approx(4 * 0.1, rel=0.05)
+    assert table.loc["preload_N", ["prior_mean", "prior_deviation"]].tolist() == [1000, 0.1]
+    assert np.isnan(table.loc[FRICTION, "prior_mean"])
+
+
 def test_values_of_the_case_leave_its_joint_as_it_is():
     joint, damping = MODEL({name: MODEL.value(name) for name in (*TRUTH, "preload_N")})
     own = make_joint()

@@ -141,6 +141,11 @@ class ParameterSpace:
                 starts[0, n] = parameter.scaled(parameter.start)
         return starts
 
+    @property
+    def priors(self) -> Array:
+        """Mean and deviation of each prior, NaN where there is none, shape (2, parameters)."""
+        return np.array([p.prior or (np.nan, np.nan) for p in self.parameters]).T
+
     def prior_residual(self, scaled: Array) -> Array:
         """Deviation of each parameter with a prior from its mean, over its deviation."""
         return np.array(

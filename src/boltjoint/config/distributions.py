@@ -7,16 +7,20 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Discriminator, Field, Tag
+from pydantic import Discriminator, Tag
 
 from boltjoint.config.entries import Entry
-from boltjoint.config.types import Count, Number, Positive, Problems, Several
+from boltjoint.config.types import (
+    Count,
+    Number,
+    NumberOfKey,
+    Positive,
+    PositiveOfKey,
+    Problems,
+    Several,
+)
 
 Array = NDArray[np.float64]
-
-_OF_KEY = Field(json_schema_extra={"x-unit": "that of the key"})
-_Value = Annotated[Number, _OF_KEY]
-_PositiveValue = Annotated[Positive, _OF_KEY]
 
 #: share of the designs that may lie below or above what is checked of a distribution
 _TAIL = 1e-6
@@ -25,9 +29,9 @@ _TAIL = 1e-6
 class Range(Entry):
     """Values between two bounds."""
 
-    lowest: _Value
+    lowest: NumberOfKey
     """Lowest value."""
-    highest: _Value
+    highest: NumberOfKey
     """Highest value."""
     number: Count | None = None
     """Number of values in a grid, from the lowest to the highest; none in samples."""
@@ -58,7 +62,7 @@ class Logarithmic(Range):
 
     kind: Literal["log"]
     """How the values are distributed."""
-    lowest: _PositiveValue
+    lowest: PositiveOfKey
     """Lowest value."""
 
     def quantile(self, share: Array) -> Array:
@@ -71,9 +75,9 @@ class Normal(Entry):
 
     kind: Literal["normal"]
     """How the values are distributed."""
-    mean: _Value
+    mean: NumberOfKey
     """Mean value."""
-    standard_deviation: _PositiveValue
+    standard_deviation: PositiveOfKey
     """Standard deviation."""
 
     @property
@@ -92,7 +96,7 @@ class Lognormal(Entry):
 
     kind: Literal["lognormal"]
     """How the values are distributed."""
-    mean: _PositiveValue
+    mean: PositiveOfKey
     """Mean value."""
     coefficient_of_variation: Positive
     """Standard deviation over the mean."""
@@ -114,11 +118,11 @@ class Triangular(Entry):
 
     kind: Literal["triangular"]
     """How the values are distributed."""
-    lowest: _Value
+    lowest: NumberOfKey
     """Lowest value."""
-    likeliest: _Value
+    likeliest: NumberOfKey
     """Value of the highest density."""
-    highest: _Value
+    highest: NumberOfKey
     """Highest value."""
 
     @property

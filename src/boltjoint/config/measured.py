@@ -10,7 +10,7 @@ from pydantic import Field
 
 from boltjoint import checks
 from boltjoint.config.csv_table import CsvTable, TableError
-from boltjoint.config.entries import Entry
+from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.types import (
     INTEGRAL,
     DataFile,
@@ -19,7 +19,9 @@ from boltjoint.config.types import (
     ModesCount,
     Name,
     Number,
+    NumberOfKey,
     Positive,
+    PositiveOfKey,
     Problems,
 )
 from boltjoint.config.units import MOTION_UNITS
@@ -63,20 +65,36 @@ class MeasuredCurve(Entry):
         return self.name or f"mode-{self.resonance}"
 
 
-class FittedParameter(Entry):
-    """Bounds of a parameter, and where its fit begins."""
+class KnownBefore(Entry):
+    """What is known of a parameter before it is fitted: a normal distribution."""
 
-    low: Number
+    mean: NumberOfKey
+    """Its mean, within the bounds; the median with ``log: true``."""
+    standard_deviation: PositiveOfKey
+    """Its standard deviation; with ``log: true`` that of the natural logarithm: 0.2 is 20 %."""
+
+
+class FittedParameter(EntryWithLaterKeys):
+    """Bounds of a parameter, what is known of it, and where its fit begins."""
+
+    LATER_KEYS = frozenset({"prior"})
+
+    low: NumberOfKey
     """Lower bound."""
-    high: Number
+    high: NumberOfKey
     """Upper bound."""
-    start: Number | None = None
+    start: NumberOfKey | None = None
     """Where the first fit begins; by default the value of the case, if the bounds hold it. Other
     fits begin elsewhere within the bounds."""
     log: Annotated[bool, Field(strict=True)] = True
     """Whether steps and errors are of its logarithm."""
+    prior: KnownBefore | None = None
+    """What is known of it beforehand, as the scatter of a preload by torque. By default only the
+    bounds are."""
 
     def conflicts(self) -> Problems:
+        if self.prior is not None and not self.low <= self.prior.mean <= self.high:
+            yield ("prior", "mean"), f"must lie between {self.low:g} and {self.high:g}"
         if not self.low < self.high:
             yield ("low",), f"must be less than high, {self.high:g}"
         elif self.log and self.low <= 0:

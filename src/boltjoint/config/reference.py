@@ -116,8 +116,8 @@ def _table(schema: Schema, models: dict[str, Schema], told: set[str]) -> Iterato
 
 def _unit(key: str, field: Schema) -> str:
     """Unit that a key has or ends in, or 1 for other numbers."""
-    if "x-unit" in field:
-        return field["x-unit"]
+    if named := re.search("'x-unit': '([^']+)'", str(field)):
+        return named[1]
     number = re.search("'type': '(number|integer)'", str(field))
     unit = unit_of(key).written
     return unit if number or unit != "1" else ""

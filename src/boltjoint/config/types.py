@@ -143,6 +143,9 @@ INTEGRAL = BeforeValidator(_integral)
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
+_OF_KEY = Field(json_schema_extra={"x-unit": "that of the key"})
+NumberOfKey = Annotated[Number, _OF_KEY]
+PositiveOfKey = Annotated[Positive, _OF_KEY]
 Fraction = Annotated[Number, Field(gt=0, lt=1)]
 Count = Annotated[int, Field(strict=True, ge=1), INTEGRAL]
 ModesCount = Annotated[int, Field(strict=True, ge=1, le=names.MOST_MODES), INTEGRAL]

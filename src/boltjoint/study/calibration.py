@@ -13,7 +13,7 @@ from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.parameters import Parameter
+from boltjoint.calibration.parameters import Parameter, Prior
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import FREQUENCY_RATIO, region_of
 from boltjoint.config.measured import Measured, read_backbone_table
@@ -136,7 +136,9 @@ def calibrate(
     curves, units = measured_backbones(measured, texts)
     parameters = [
         Parameter(
-            key, bounds.low, bounds.high, bounds.log, _start(model, key, bounds.start, measured)
+            *(key, bounds.low, bounds.high, bounds.log),
+            _start(model, key, bounds.start, measured),
+            Prior(known.mean, known.standard_deviation) if (known := bounds.prior) else None,
         )
         for key, bounds in measured.parameters.items()
     ]
@@ -227,6 +229,11 @@ def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str
             "parameter", ends[:, 0], per_key, "lower end of the 95 % interval"
         ),
         "interval_high": quantity("parameter", ends[:, 1], per_key, "upper end of the same"),
+        **{
+            f"prior_{name}": quantity("parameter", known, per_key, f"{name} of what was known")
+            for name, known in zip(Prior._fields, space.priors, strict=True)
+            if not np.isnan(known).all()
+        },
         "bound_low": quantity("parameter", [p.low for p in space.parameters], per_key, "bound"),
         "bound_high": quantity("parameter", [p.high for p in space.parameters], per_key, "bound"),
         "value_before": quantity(

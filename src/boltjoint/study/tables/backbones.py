@@ -189,6 +189,8 @@ _COLUMNS = {
     "interval_high": "95_%_to",
     "profile_low": "profile_from",
     "profile_high": "profile_to",
+    "prior_mean": "prior_mean",
+    "prior_deviation": "prior_deviation",
     "bound_low": "bound_from",
     "bound_high": "bound_to",
     "reason": "not_determined",
@@ -208,7 +210,8 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns ``parameter, unit, before, fitted, 95_%_from, 95_%_to, profile_from, profile_to,
-        bound_from, bound_to, not_determined``: the last says why a measurement does not tell a
+        bound_from, bound_to, not_determined``; before the bounds ``prior_mean, prior_deviation``,
+        where a parameter has a prior. The last says why a measurement does not tell a
         parameter, empty where it does; values and intervals are empty there.
 
     Raises
@@ -221,6 +224,7 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
         if name in _WORDS
         else _numbers(calibration, name, "parameter")
         for name, to in _COLUMNS.items()
+        if not name.startswith("prior") or name in calibration
     }
     frame = pd.DataFrame(columns)
     frame["fitted"] = frame["fitted"].where(frame["not_determined"] == "")
