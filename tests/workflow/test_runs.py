@@ -102,7 +102,7 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
     ran = snakemake(copied, made_of_it)
     assert ran.returncode != 0
     told = [each for each in ran.stderr.splitlines() if "delete it and run again" in each]
-    (line,) = [each for each in told if " CRITICAL " in each]
+    (line,) = [each for each in told if each.startswith("     error: ")]
     # and again at the end, above its log
     *_, reason, where = ran.stderr.splitlines()
     assert [reason] == [each for each in told if each.startswith("failed: ")]
