@@ -110,9 +110,11 @@ def test_yield_is_told_by_the_modulus_of_the_bolts(study):
     case = CASE | {"preload_N": 13723}  # 0.39 % of aluminium, 0.13 % of steel in M8
     (line,) = estimate.overstrained(study(bars, case))
     assert "strains the shanks by 0.39%" in line
+    assert line.endswith("and has no steel bolts: bolts.material gives them")
     assert not estimate.overstrained(study(own, case))
     (line,) = estimate.overstrained(study(own, case | {"preload_N": 3 * 13723}))
     assert "strains the shanks by 0.40%" in line
+    assert line.endswith("the model stays elastic")
     stronger = ASSEMBLY["bolts"] | {"material": {**steel, "yield_strength_MPa": 940}}
     assert not estimate.overstrained(
         study(bars | {"bolts": stronger}, case | {"preload_N": 3 * 13723})
@@ -125,6 +127,10 @@ def test_many_harmonics_are_refused_by_their_key(study):
     found = estimate.estimate(study(case=case, solver=solver))
     line = estimate.shortage(found, 16 * GIB)
     assert line.startswith("config/config.yaml: solver.harmonics: needs some ")
+    # so are many samples of few harmonics
+    samples = {"friction_force": "aft", "time_samples": 10**8}
+    line = estimate.shortage(estimate.estimate(study(case=case, solver=samples)), 16 * GIB)
+    assert line.startswith("config/config.yaml: solver.time_samples: needs some ")
     # sampled friction with as many harmonics as it had in closed form is as small
     few = estimate.estimate(study(case=case, solver={"friction_force": "aft"}))
     assert few.memory < 0.5 * GIB

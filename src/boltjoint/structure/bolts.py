@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 #: property class 8.8 of ISO 898-1, 640 MPa, over the Young's modulus of steel, 206 GPa; only the
 #: warning of bolts of unknown strength depends on it
 YIELD_STRAIN = 640e6 / 206e9
+#: Young's modulus below which shanks are of no steel [Pa]
+_SOFTEST_STEEL = 180e9
 
 
 def yield_warning(
@@ -40,9 +42,11 @@ def yield_warning(
     strain = preload / (youngs_modulus * area)
     of_class = "steel bolts of class 8.8"
     of = of_class if strength is None else f"bolts of {1e-6 * strength:g} MPa (yield_strength_MPa)"
+    unsure = strength is None and youngs_modulus < _SOFTEST_STEEL
     return (
         f"a preload of {preload:g} N strains the shanks by {strain:.2%}, more than the "
         f"{strain / share:.2%} at which {of} yield; the model stays elastic"
+        f"{', and has no steel bolts: bolts.material gives them' if unsure else ''}"
     )
 
 

@@ -52,6 +52,8 @@ _VECTORS_PER_MODE = 6
 _CANDIDATES, _SQUARES = 1.3, 14
 #: tangents of the contact points, and Jacobians, that a correction of the balance holds
 _TANGENTS, _JACOBIANS = 3, 4
+#: numbers of each sample of each contact point and direction that AFT holds
+_SAMPLED = 6
 #: harmonics where a study leaves their number open
 MOST_CHOSEN = 33
 #: times the harmonics of a peak with which its truncation error is found, at most
@@ -218,8 +220,9 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     harmonics, samples = (int(min(n, COUNTLESS)) for n in (most, solver.time_samples))
     law = case.contact.declaration
     directions, components = len(law.directions), law.components_of(harmonics)
-    effort = 1.0
+    effort, sampled = 1.0, 0.0
     if solver.sampling is not None:
+        sampled = _NUMBER * _SAMPLED * samples * pairs * directions
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
     factor = _solutions(solver) / _SOLUTIONS
     for response in contents.responses(name):
@@ -231,7 +234,8 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         if study.harmonic_convergence:
             of_peaks = _memory_of_balance(law.components_of(LEFT_OUT * MOST_CHOSEN), vectors)
             memory = max(memory, of_peaks)
-        key = f"{CONFIG_FILE}: solver.harmonics"
+        key = f"{CONFIG_FILE}: solver.{'time_samples' if sampled > memory else 'harmonics'}"
+        memory += sampled
         stored = _NUMBER * _COPIES * len(case.levels) * _solutions(solver) * unknowns
         if stored > memory:
             key = f"{CONFIG_FILE}: solver.largest_step"

@@ -1,6 +1,6 @@
 """Verification of modes and contact of an assembly against CalculiX.
 
-CalculiX has its own element, contact search and pretension (``calculix.decks``), so agreement
+CalculiX has its own element, contact search and pretension (``half_lap.calculix``), so agreement
 within the bounds below verifies all of them.
 """
 
