@@ -50,6 +50,13 @@ def test_tables_of_spreadsheets_are_read(content, tmp_path):
         ("a,b\n1,2\n,\n3,4\n", "3: must not be blank: other lines follow"),
         ("a,b\n1,2\n3,\n", '3: b: "" must be a number'),
         ("a,b\n1,0,25\n", "2: must have 2 values, as many as keys"),
+        ("a,b\n1,0,25,0\n", "2: must have 2 values, as many as keys: are these decimal commas?"),
+        (
+            "a\n0,25\n",
+            "2: must have 1 values, as many as keys: are these decimal commas? They need",
+        ),
+        ("a\tb\n1\t2\n", "1: must have commas or semicolons between cells, not tabs"),
+        ("sep=;\na;b\n1;2\n", "1: must have the names of the columns: delete the line sep="),
         ('a,b\n1,"0,25"\n', '2: b: "0,25" must be a number'),
         # thousands, in the languages of either
         ('a,b\n1,"10,000"\n', '2: b: "10,000" must be a number'),

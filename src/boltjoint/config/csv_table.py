@@ -89,6 +89,10 @@ class CsvTable:
         self._lines = StringIO(text.removeprefix("\ufeff"), newline=None)
         first = self._lines.readline()
         self._lines.seek(0)
+        if "\t" in first and "," not in first and ";" not in first:
+            self._refuse(1, "must have commas or semicolons between cells, not tabs")
+        if first.lower().startswith("sep="):
+            self._refuse(1, "must have the names of the columns: delete the line sep=")
         self._has_decimal_commas = ";" in first and "," not in first
         self._rows = self._read_rows()
         self.keys = [key.strip(_SPACES) for key in next(self._rows, Row(1, [])).cells]
@@ -130,8 +134,10 @@ class CsvTable:
     def _numbers(self, rows: list[Row]) -> Array:
         """The numbers of some lines, by line and column."""
         for row in rows:
-            if len(row.cells) != len(self.keys):
-                self._refuse(row.line, f"must have {len(self.keys)} values, as many as keys")
+            if (count := len(row.cells)) != (keys := len(self.keys)):
+                hint = ": are these decimal commas? They need semicolons between cells, or points"
+                sentence = f"must have {keys} values, as many as keys"
+                self._refuse(row.line, sentence + (hint if count == 2 * keys else ""))
         written: Iterable[str] = chain.from_iterable(row.cells for row in rows)
         kind = "a number"
         if self._has_decimal_commas:
