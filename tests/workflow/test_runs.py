@@ -110,7 +110,8 @@ def test_a_damaged_result_is_named_and_made_again_once_it_is_deleted(
     assert str(damaged.relative_to(copied)) in line and "checksum" in line
     assert "Traceback" not in ran.stderr
     logs = {path: path.read_text() for path in (copied / "results/logs").rglob("*.log")}
-    ((path, log),) = [each for each in logs.items() if line in each[1]]
+    said = line.split(": ", 2)[2]
+    ((path, log),) = [each for each in logs.items() if said in each[1]]
     assert rule in str(path.relative_to(copied))
     assert "Traceback" in log
     # what it would have written is gone, and comes back with what it is made from
