@@ -36,18 +36,19 @@ TIMES = {"s": 1.0, "ms": 1e-3}
 Solid = Literal["C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R", "C3D10", "C3D15", "C3D20", "C3D20R"]
 
 
-class Summary(NamedTuple):
-    """Sizes of the mesh of a deck, and whether something is held."""
-
-    size: MeshSize
-    has_support: bool
-
-
 class BoltsOfDeck(NamedTuple):
     """Names of the bolts of a deck, and the loads that it gives them; None where one has none."""
 
     names: tuple[str, ...]
     preload: Preload | None
+
+
+class Summary(NamedTuple):
+    """Sizes of the mesh of a deck, its bolts, and whether something is held."""
+
+    size: MeshSize
+    bolts: BoltsOfDeck
+    has_support: bool
 
 
 class Units(Entry):
@@ -254,14 +255,16 @@ class Deck(Described):
 
     @property
     def summary(self) -> Summary:
-        """Sizes and supports; a ``ValueError`` where the deck does not tell them."""
+        """Sizes, bolts and supports; a ``ValueError`` where the deck does not tell them."""
         if self._summary is None:
             self._summary = maker(self.type).summary_of(self, self._folder)
         return self._summary
 
     @property
     def bolts_of_deck(self) -> BoltsOfDeck:
-        """Names and loads of the bolts; a ``ValueError`` where the deck has none."""
+        """Those of the summary, or read without it; a ``ValueError`` where the deck has none."""
+        if self._summary is not None:
+            return self._summary.bolts
         if self._bolts_of_deck is None:
             self._bolts_of_deck = maker(self.type).bolts_in(self, self._folder)
         return self._bolts_of_deck
@@ -274,7 +277,12 @@ class Deck(Described):
     @property
     def bolt_count(self) -> int:
         """Number of bolts."""
-        return len(self.bolts) if self.bolts != "from deck" else len(self.bolt_names)
+        return len(self.bolt_names if self.wanted_bolts is None else self.wanted_bolts)
+
+    @property
+    def wanted_bolts(self) -> tuple[DeckBolt, ...] | None:
+        """``bolts``; None where they are all those of the deck."""
+        return None if isinstance(self.bolts, str) else self.bolts
 
     @property
     def bolt_names(self) -> tuple[str, ...]:
@@ -326,7 +334,7 @@ class Deck(Described):
     def conflicts_of_files(self) -> Problems:
         """What the deck does not hold."""
         try:
-            _ = self.summary, self.bolts_of_deck
+            _ = self.summary
         except ValueError as error:
             yield (), str(error)
 
@@ -341,7 +349,7 @@ class Deck(Described):
             ("materials", "name", self.materials),
             ("elements", "kind", self.elements),
             ("points", "name", self.points),
-            ("bolts", "name", () if isinstance(self.bolts, str) else self.bolts),
+            ("bolts", "name", self.wanted_bolts or ()),
         ]
         for key, field, entries in named:
             yield from _twice((key,), field, entries)

@@ -14,7 +14,7 @@ from boltjoint.config.types import (
     refusing_exceptions,
 )
 from boltjoint.provenance.environment import machine_memory as machine_memory
-from boltjoint.structure.bolts import yield_warning
+from boltjoint.structure.bolts import tension_of, yield_warning
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import all_jobs, jobs_on
 from boltjoint.study.progress import duration
@@ -135,9 +135,10 @@ def overstrained(study: Study) -> list[str]:
     ]
     lines = []
     for file, described, preload in tightened:
-        of_bolts = preload.of_bolts
-        largest = max(of_bolts) if isinstance(of_bolts, tuple) else of_bolts
-        if described.shank and (sentence := yield_warning(largest, *described.shank)):
+        if described.shank is None:
+            continue
+        largest = float(tension_of(preload.of_bolts, described.bolt_count).max())
+        if sentence := yield_warning(largest, *described.shank):
             lines.append(f"{file}: preload_N: {sentence}")
     return lines
 

@@ -30,7 +30,7 @@ def make(description: Description, folder: Path) -> "Structure":
 
 
 def summary_of(description: Description, folder: Path) -> Summary:
-    """Sizes and supports."""
+    """Sizes, bolts and supports."""
     from boltjoint.structure.makers.deck import summary
 
     return summary.summary_of(description, folder)

@@ -237,7 +237,8 @@ def _faces_in_plane(mesh: Mesh, bolt: "DeckBolt") -> tuple[Array, Array, Faces]:
     every = mesh.all_faces
     farthest = np.where(every.node < 0, 0.0, height[every.node]).max(axis=1)
     near = np.flatnonzero(farthest <= _IN_PLANE * np.ptp(mesh.coordinate, axis=0).max())
-    faces, vectors = every.part(near), every.part(near).area_vectors(mesh.coordinate)
+    faces = every.part(near)
+    vectors = faces.area_vectors(mesh.coordinate)
     in_plane = farthest[near] <= _IN_PLANE * np.sqrt(np.linalg.norm(vectors, axis=1))
     faces = faces.part(np.flatnonzero(in_plane & (vectors @ normal > 0)))
     if not len(faces):

@@ -352,8 +352,7 @@ class _Writer:
 
     def tightening(self, preload: float | tuple[float, ...]) -> list[str]:
         """Forces of the bolts."""
-        wanted = self._description.bolts
-        bolts = bolts_of(self._deck, None if isinstance(wanted, str) else wanted)
+        bolts = bolts_of(self._deck, self._description.wanted_bolts)
         lines = ["*CLOAD"]
         for bolt, tension in zip(bolts, tension_of(preload, len(bolts)).tolist(), strict=True):
             if isinstance(bolt, SectionBolt):

@@ -112,8 +112,7 @@ def _of_constraints(assembled: Assembled) -> dict[str, str]:
 
 def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
     mesh = assembled.mesh
-    wanted = None if isinstance(description.bolts, str) else description.bolts
-    bolts = bolts_of(mesh.deck, wanted)
+    bolts = bolts_of(mesh.deck, description.wanted_bolts)
     loads = loads_of(mesh.deck, bolts)
     lengths = lengths_given(mesh.deck, bolts)
     told, body, of_beams = [], constraints.bodies(mesh), beams.bolt_beams(mesh.deck)

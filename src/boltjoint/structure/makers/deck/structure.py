@@ -106,8 +106,7 @@ def model_of_deck(description: Description, folder: str | Path) -> DeckModel:
 def _model(description: Description, folder: str | Path) -> DeckModel:
     as_read = described_mesh(description, Path(folder))
     deck = as_read.deck
-    wanted = None if isinstance(description.bolts, str) else description.bolts
-    bolts = bolts_of(deck, wanted)
+    bolts = bolts_of(deck, description.wanted_bolts)
     boundaries = supports_of(description, deck)
     tolerance = description.ties.tolerance_mm
     assembled = constrain(

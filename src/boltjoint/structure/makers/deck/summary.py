@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def summary_of(description: "Description", folder: Path) -> Summary:
-    """Sizes and supports of a deck.
+    """Sizes, bolts and supports of a deck.
 
     Raises
     ------
@@ -41,7 +41,8 @@ def summary_of(description: "Description", folder: Path) -> Summary:
         points += len(first) if interface.points == "faces" else len(first.nodes)
     elements = sum(len(solid.place) for solid in mesh.solids)
     held = any(len(deck.nodes_of(boundary.nodes)) for boundary in supports_of(description, deck))
-    return Summary(MeshSize(len(mesh.nodes), elements, points), held)
+    bolts = _bolts(description, deck)
+    return Summary(MeshSize(len(mesh.nodes), elements, points), bolts, held)
 
 
 def bolts_in(description: "Description", folder: Path) -> BoltsOfDeck:
@@ -52,9 +53,11 @@ def bolts_in(description: "Description", folder: Path) -> BoltsOfDeck:
     ValueError
         If the deck cannot be read, or lacks the bolts.
     """
-    deck = described_mesh(description, folder).deck
-    wanted = None if isinstance(description.bolts, str) else description.bolts
-    bolts = bolts_of(deck, wanted)
+    return _bolts(description, described_mesh(description, folder).deck)
+
+
+def _bolts(description: "Description", deck: Deck) -> BoltsOfDeck:
+    bolts = bolts_of(deck, description.wanted_bolts)
     names = tuple(bolt.name for bolt in bolts)
     loads = loads_of(deck, bolts)
     if loads is None:
@@ -95,8 +98,7 @@ def described_mesh(description: "Description", folder: Path) -> Mesh:
             poissons_ratio=of_deck.poissons_ratio if ratio is None else ratio,
             density=of_deck.density if density is None else density,
         )
-    wanted = () if isinstance(description.bolts, str) else description.bolts
-    return with_planes(mesh_of(deck, length), wanted)
+    return with_planes(mesh_of(deck, length), description.wanted_bolts or ())
 
 
 def _has_all(material: "DeckMaterial") -> bool:
