@@ -143,9 +143,11 @@ LARGE = {
 
 
 @pytest.fixture(scope="module")
-def imported():
+def imported(tmp_path_factory):
     """All that checks import, which takes a second once and tells nothing of a file."""
-    load_study(ROOT)
+    folder = tmp_path_factory.mktemp("study")
+    write_study(folder)
+    assert problems_of(folder) == []
 
 
 @pytest.mark.parametrize("what", LARGE)

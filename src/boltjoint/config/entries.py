@@ -17,6 +17,9 @@ from pydantic import (
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse, unforeseen
 
+#: problems with sentences, many times those that are shown; the rest is counted
+MOST_EXPLAINED = 1000
+
 
 class Entry(BaseModel):
     """A mapping of a YAML file: no unknown keys, no change once read."""
@@ -55,12 +58,17 @@ class EntryWithLaterKeys(Entry):
 def explain(error: ValidationError, model: type[Entry], content: Mapping[str, Any]) -> Problems:
     """Key path, and value with sentence, for each problem that the validation of the content met.
 
+    Those after the first ``MOST_EXPLAINED`` are only counted.
+
     Parameters
     ----------
     error
         What was raised when ``content`` was validated as ``model``.
     """
-    for problem in error.errors(include_url=False):
+    for number, problem in enumerate(error.errors(include_url=False)):
+        if number >= MOST_EXPLAINED:
+            yield (), "has another problem"
+            continue
         location, context = problem["loc"], problem.get("ctx", {})
         path = key_path(model, location)
         match problem["type"]:

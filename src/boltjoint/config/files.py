@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from boltjoint.config.csv_table import read_file
-from boltjoint.config.entries import Entry, choice, explain
+from boltjoint.config.entries import MOST_EXPLAINED, Entry, choice, explain
 from boltjoint.config.strict_yaml import (
     TextError,
     as_keys,
@@ -87,7 +87,7 @@ class StudyFiles:
         self.problems: list[str] = []
         self.hashes = FileHashes(self._hash_of)
         #: names of the files of a folder, listed once
-        self._present: dict[str, list[str]] = {}
+        self._present: dict[str, dict[str, None]] = {}
         self._contents: dict[str, Mapping[str, Any] | None] = {}
 
     def refuse_problems(self) -> None:
@@ -159,12 +159,14 @@ class StudyFiles:
         self, folder: str, name: str, place: str | Layers, path: KeyPath
     ) -> Mapping[str, Any] | None:
         """The mapping in the file of this name, which is given at a key path of a place."""
-        if (self.folder / folder / f"{name}.yaml").exists():
-            return self.read(f"{folder}/{name}.yaml")
         if folder not in self._present:
             files = (self.folder / folder).glob("*.yaml")
-            self._present[folder] = sorted(path.stem for path in files)
-        problem = f"{as_text(name)} is not in {folder}{choice(name, self._present[folder])}"
+            self._present[folder] = dict.fromkeys(sorted(path.stem for path in files))
+        if name in self._present[folder]:
+            return self.read(f"{folder}/{name}.yaml")
+        problem = f"{as_text(name)} is not in {folder}"
+        if len(self.problems) < MOST_EXPLAINED:
+            problem += choice(name, self._present[folder])
         self.note(place, [(path, problem)])
         return None
 

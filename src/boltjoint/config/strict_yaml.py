@@ -22,6 +22,8 @@ from boltjoint import checks
 from boltjoint.config.types import KeyPath
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
+# libyaml's parser, which wheels of PyYAML have: five times as fast, with fewer words on errors
+_FAST = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 #: bytes of a file, many times those of a large study; PyYAML takes seconds for so many
 LARGEST_FILE = 200_000
 #: levels of lists and mappings in each other, several times those of a study
@@ -100,7 +102,7 @@ def parse_mapping(text: str) -> dict[str, Any]:
             f"{as_text(no_text[0])} is no character of a text", *_line_and_column(before)
         )
     try:
-        content = _document(yaml.parse(text, Loader=yaml.SafeLoader))
+        content = _parsed(text)
     except yaml.MarkedYAMLError as error:
         _refuse(error.problem_mark, error.problem)
     except TextError:
@@ -153,6 +155,13 @@ def as_keys(path: KeyPath) -> str:
     return "".join(parts).removeprefix(".")
 
 
+def _parsed(text: str) -> Any:  # noqa: ANN401 - YAML
+    try:
+        return _document(yaml.parse(text, Loader=_FAST))
+    except yaml.YAMLError:
+        return _document(yaml.parse(text, Loader=yaml.SafeLoader))
+
+
 def _document(events: Iterator[yaml.Event]) -> Any:  # noqa: ANN401 - YAML
     """The content of the only document; None if there is none."""
     documents: list[Any] = []
@@ -175,7 +184,7 @@ def _content(event: yaml.Event, events: Iterator[yaml.Event], path: KeyPath = ()
         if no_text := _NO_TEXT.search(event.value):
             _refuse(place, f"{as_text(no_text[0])} is no character of a text")
         try:
-            return _resolve_type(event.value) if event.style is None else event.value
+            return event.value if event.style else _resolve_type(event.value)
         except ValueError as error:
             _refuse(place, f"{as_keys(path)}: {error}" if path else str(error))
     if len(path) == DEEPEST:

@@ -134,7 +134,12 @@ class Contents(Responses):
         chunks = [artefact for name in names for artefact in self._chunks(name)]
         # a case's own results must not depend on the joints that a sweep adds to it
         joints = [artefact for name in names for artefact in _joints_of_sweep(self.study, name)]
-        return tuple(dict.fromkeys([*self._data(), *chunks, *self._displayed, *joints]))
+        return tuple(dict.fromkeys([*self._results, *chunks, *self._displayed, *joints]))
+
+    @cached_property
+    def _results(self) -> tuple[Artefact, ...]:
+        """The data, without the chunks and joints of sweeps."""
+        return tuple(self._data())
 
     @cached_property
     def _displayed(self) -> tuple[Artefact, ...]:
@@ -145,7 +150,7 @@ class Contents(Responses):
     def _of_kind(self) -> defaultdict[str, list[Artefact]]:
         """The artefacts by kind, without the chunks of sweeps, which are counted when needed."""
         artefacts: defaultdict[str, list[Artefact]] = defaultdict(list)
-        for artefact in dict.fromkeys([*self._data(), *self._displayed]):
+        for artefact in dict.fromkeys([*self._results, *self._displayed]):
             artefacts[artefact.kind].append(artefact)
         return artefacts
 

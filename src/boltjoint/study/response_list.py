@@ -51,7 +51,7 @@ class Responses:
 
     def __init__(self, study: "Study", timed: Mapping[str, Collection[str]] | None = None) -> None:
         self.study, self._timed = study, timed
-        self._responses: dict[str, list[Response]] = {}
+        self._responses: dict[str, dict[str | None, list[Response]]] = {}
         self._joints: dict[tuple[str, str], list[JointName]] = {}
 
     def cases_and_bases(self) -> list[tuple[str, Basis]]:
@@ -61,10 +61,11 @@ class Responses:
     def responses(self, case: str, basis: str | None = None) -> list[Response]:
         """All responses of a case, or of those in one basis."""
         if case not in self._responses:
-            self._responses[case] = [
-                Response(*response) for response in self.study.case(case).responses
-            ]
-        return [response for response in self._responses[case] if basis in (None, response.basis)]
+            responses = [Response(*response) for response in self.study.case(case).responses]
+            self._responses[case] = {None: responses}
+            for response in responses:
+                self._responses[case].setdefault(response.basis, []).append(response)
+        return self._responses[case].get(basis, []).copy()
 
     def references(self, case: str) -> list[Response]:
         """The responses of the node-to-node joint of a case in linear modes."""
