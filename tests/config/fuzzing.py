@@ -5,13 +5,16 @@ are cut, repeated and strewn with characters. Every change follows from its seed
 """
 
 import copy
+import io
 import json
 import random
 import re
 import string
 from contextlib import suppress
 
+import numpy as np
 import yaml
+from decks import TWO_CUBES
 from small_study import ASSEMBLY, CASE, SETTINGS, SWEEP, VARIABLE
 
 DISTRIBUTIONS = {
@@ -72,14 +75,79 @@ FLANGE = {key: PLATES[key] for key in ("material", "bolts", "mesh", "symmetry", 
     "points": [{"name": "tip", "near_mm": [20, 0, 89], "direction": "x"}],
 }
 
+DECK = {
+    "type": "deck",
+    "file": "config/cubes.inp",
+    "units": {"length": "mm", "mass": "t"},
+    "elements": [{"kind": "C3D8", "read_as": "C3D8I"}],
+    "contact": [{"name": "lap", "surfaces": ["TOP OF LOWER", "BOTTOM OF UPPER"]}],
+    "points": [{"name": "tip", "near_mm": [1, 1, 2], "direction": "z"}],
+    "bolts": [{"name": "bolt", "plane": {"point_mm": [3, 0, 1], "normal": [0, 0, 1]}}],
+    "preload_N": 1000,
+}
+#: a shank of two elements beside the cubes
+SHANK = """*NODE
+21, 3., 0., 0.
+22, 4., 0., 0.
+23, 4., 1., 0.
+24, 3., 1., 0.
+25, 3., 0., 1.
+26, 4., 0., 1.
+27, 4., 1., 1.
+28, 3., 1., 1.
+29, 3., 0., 2.
+30, 4., 0., 2.
+31, 4., 1., 2.
+32, 3., 1., 2.
+*ELEMENT, TYPE=C3D8, ELSET=SHANK
+3, 21, 22, 23, 24, 25, 26, 27, 28
+4, 25, 26, 27, 28, 29, 30, 31, 32
+*SOLID SECTION, ELSET=SHANK, MATERIAL=STEEL
+"""
+#: modes of a joint of two contact points, as another program writes them
+MODAL = {
+    "natural_frequency": np.array([90.0, 300.0]),
+    "relative": np.arange(12.0).reshape(6, 2),
+    "tip": np.array([1.0, -1.0]),
+    "area": np.full(2, 1e-4),
+    "position": np.array([[0.0, 0, 0], [0.01, 0, 0]]),
+    "normal_load": np.array([100.0, 200.0]),
+}
+MATRICES = {
+    "type": "matrices",
+    "file": "config/modal.npz",
+    "modes": {},
+    "contact": {"relative": "relative", "normal_load": "normal_load", "preload_N": 300},
+    "inputs": [{"name": "shaker", "row": "tip", "direction": "z"}],
+    "outputs": [{"name": "sensor", "row": "tip", "direction": "z"}],
+}
+MEASURED = {
+    "curves": [
+        {
+            "file": "config/bar.csv",
+            "resonance": 1,
+            "frequency_error_percent": 0.02,
+            "damping_error_percent": 1,
+        }
+    ],
+    "parameters": {
+        "contact.friction_coefficient": {
+            "low": 0.05,
+            "high": 0.5,
+            "prior": {"mean": 0.2, "standard_deviation": 0.3},
+        },
+        "loss_factor": {"low": 1e-4, "high": 0.05, "log": False, "start": 0.01},
+    },
+}
+
 #: content of the YAML files, by kind
 CONTENTS = {
     "config": {
         "config/config.yaml": SETTINGS
         | {
-            "cases": ["small", "shaped"],
+            "cases": ["small", "shaped", "measured"],
             "sweeps": ["grid", "samples", "table"],
-            "assemblies": ["two_bolt", "mapped", "plates", "flange"],
+            "assemblies": ["two_bolt", "mapped", "plates", "flange", "deck", "matrices"],
             "omit": ["timing"],
             "solver": {"friction_force": "aft", "harmonics": 3, "time_samples": 64},
             "hyper_reduction": {"frequency_tolerance": 0.001},
@@ -92,11 +160,14 @@ CONTENTS = {
         "config/assemblies/shaped.yaml": ASSEMBLY | {"contact": {"gap_um": GAP}},
         "config/assemblies/plates.yaml": PLATES,
         "config/assemblies/flange.yaml": FLANGE,
+        "config/assemblies/deck.yaml": DECK,
+        "config/assemblies/matrices.yaml": MATRICES,
     },
     "case": {
         "config/cases/small.yaml": CASE | POINTS | {"solve": CASE["solve"][:2]},
         "config/cases/shaped.yaml": VARIABLE
         | {"assembly": "shaped", "preload_ratios": [1, 0.5], "regions": {"motion": "mean"}},
+        "config/cases/measured.yaml": CASE | {"measured": MEASURED, "solve": CASE["solve"][:2]},
     },
     "sweep": {
         "config/sweeps/grid.yaml": SWEEP,
@@ -122,6 +193,11 @@ TEXTS = {
         "config/map.csv": "x_mm,y_mm,gap_um\n"
         + "".join(f"{x},{y},{x * x / 100}\n" for x in (-40, 0, 40) for y in (-10, 0, 10))
     },
+    "measured curve": {
+        "config/bar.csv": "displacement_mm,frequency_Hz,damping_ratio\n"
+        "0.001,340.0,0.002\n0.01,338.0,0.004\n0.1,335.0,0.006\n"
+    },
+    "deck": {"config/cubes.inp": TWO_CUBES + SHANK},
 }
 KINDS = tuple(TEXTS)
 
@@ -135,10 +211,19 @@ ODD = "\n\r\t\0\x1b\u2028\ufeff\ud7ffé😀١,;:\"'#&*!|>%@`{}[]()-~.=/\\<$ \xa0
 
 def write_study(folder):
     """Write all files."""
+    (folder / "config").mkdir(parents=True, exist_ok=True)
+    (folder / "config/modal.npz").write_bytes(modal_data())
     for texts in TEXTS.values():
         for file, text in texts.items():
             (folder / file).parent.mkdir(parents=True, exist_ok=True)
             (folder / file).write_text(text, encoding="utf-8")
+
+
+def modal_data():
+    """The content of the file of modal data."""
+    content = io.BytesIO()
+    np.savez(content, **MODAL)
+    return content.getvalue()
 
 
 def content_of(file):
@@ -152,7 +237,7 @@ def mutation(seed, kind):
     file = chance.choice(list(TEXTS[kind]))
     if kind in CONTENTS and chance.random() < 0.7:
         return file, _dumped(_changed(CONTENTS[kind][file], chance), chance)
-    if kind not in CONTENTS and chance.random() < 0.6:
+    if file.endswith(".csv") and chance.random() < 0.6:
         return file, _other_cells(TEXTS[kind][file], chance)
     return file, _strewn(TEXTS[kind][file], chance)
 

@@ -43,6 +43,21 @@ def test_tables_of_spreadsheets_are_read(content, tmp_path):
     np.testing.assert_array_equal(found["b"], [0.25, 0.5])
 
 
+def test_numbers_as_programs_write_them_are_those_of_single_lines(tmp_path):
+    chance = random.Random(5)
+    forms = "{:.17g}", "{:+.3e}", "{:.1f}", "{:.0f}", "{:.0f}.", "{:.2E}"
+    values = [chance.gauss(0, 1) * 10 ** chance.uniform(-3, 6) for _ in range(40_000)]
+    cells = [chance.choice(forms).format(value) for value in values]
+    lines = [",".join(cells[start : start + 2]) for start in range(0, len(cells), 2)]
+    plain = columns_of("a,b\n" + "\n".join(lines), tmp_path)
+    # a cell with a space is read as those of spreadsheets are, and all others with it
+    single = columns_of("a,b\n" + "\n".join([*lines[:-1], f"{lines[-1]} "]), tmp_path)
+    for name, place in (("a", 0), ("b", 1)):
+        expected = [float(cell) for cell in cells[place::2]]
+        np.testing.assert_array_equal(plain[name], expected)
+        np.testing.assert_array_equal(single[name], expected)
+
+
 @pytest.mark.parametrize(
     ("content", "problem"),
     [

@@ -338,6 +338,14 @@ def test_what_is_wrong_with_a_table_is_said(study, changed, text, line):
     assert changed(design=design, without=["vary"]) == [line]
 
 
+def test_rows_of_a_table_are_counted_before_they_are_read(study, changed):
+    # beside a word, which is not read
+    (study / "designs.csv").write_text("preload_N\nnone\n" + 20_000 * "1\n", encoding="utf-8")
+    design = {"kind": "table", "file": "designs.csv"}
+    (line,) = changed(design=design, without=["vary"], designs_per_job=2)
+    assert line == f"{FILE}: designs_per_job: 2 makes 1e+04 jobs: must make at most 10000"
+
+
 def test_impossible_designs_of_a_table_are_none_of_its_problems(study, changed):
     (study / "designs.csv").write_text("preload_N,loss_factor\n-1,0.1\n1,0.2\n")
     design = {"kind": "table", "file": "designs.csv"}

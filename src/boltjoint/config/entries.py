@@ -19,6 +19,7 @@ from boltjoint.config.types import GRAMMARS, PATTERNS, KeyPath, Problems, refuse
 
 #: problems with sentences, many times those that are shown; the rest is counted
 MOST_EXPLAINED = 1000
+_ANOTHER: tuple[KeyPath, str] = ((), "has another problem")
 
 
 class Entry(BaseModel):
@@ -67,14 +68,15 @@ def explain(error: ValidationError, model: type[Entry], content: Mapping[str, An
     """
     for number, problem in enumerate(error.errors(include_url=False)):
         if number >= MOST_EXPLAINED:
-            yield (), "has another problem"
+            yield _ANOTHER
             continue
         location, context = problem["loc"], problem.get("ctx", {})
         path = key_path(model, location)
         match problem["type"]:
             case "rule" | "contradiction":
-                for inner, sentence in context["problems"]:
+                for inner, sentence in context["problems"][:MOST_EXPLAINED]:
                     yield with_value(content, path + inner, sentence)
+                yield from [_ANOTHER] * (len(context["problems"]) - MOST_EXPLAINED)
             case "extra_forbidden":
                 yield path, f"is {_instead(model, location, path)}"
             case "missing":

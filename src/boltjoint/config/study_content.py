@@ -224,7 +224,7 @@ class StudyContent:
                     continue
                 problems = list(conflicts_of_sweep(sweep, case, assembly, self.settings, allowed))
                 if read is not None:
-                    self._check_table(designs)
+                    problems += self._check_table(designs, sweep)
                 if not self.files.problems:
                     keys = designs.keys
                     problems += conflicts_of_preload_with_gap(sweep, case, assembly, keys)
@@ -242,10 +242,15 @@ class StudyContent:
             for path, sentence in assembly.conflicts_of_gap(self.gap_maps):
                 yield ("assembly", *path), sentence
 
-    def _check_table(self, designs: SweptDesigns) -> None:
-        """Note what is wrong with a table of designs."""
+    def _check_table(self, designs: SweptDesigns, sweep: Sweep) -> list[tuple[KeyPath, str]]:
+        """What of the sweep speaks against so many designs; what is wrong in their table is noted.
+
+        Its rows are counted before they are read.
+        """
         file = designs.file
         try:
+            if too_many := list(sweep.conflicts_of_number(designs.number)):
+                return too_many
             _ = designs.columns
         except OSError as error:
             self.files.problems.append(f"{as_word(file)}: cannot be read: {error.strerror}")
@@ -253,6 +258,7 @@ class StudyContent:
             self.files.problems.append(f"{as_word(file)}: {error.sentence}")
         except TableError as error:
             self.files.problems.append(str(error))
+        return []
 
     def check_convergence(self) -> None:
         """Note bases and numbers of regions that an assembly does not have."""

@@ -179,7 +179,10 @@ class Sweep(Entry):
                     yield ("vary", key, "kind"), "must be linear or log in a grid"
                 elif values.number is None or values.number < 2:
                     yield ("vary", key, "number"), "is missing: at least two values of a grid"
-        count = self.designs or 0
+        yield from self.conflicts_of_number(self.designs or 0)
+
+    def conflicts_of_number(self, count: int) -> Problems:
+        """What speaks against a number of designs."""
         if count > MOST_DESIGNS:
             days, size = _SECONDS * count / 86400, _BYTES * count / 1e9
             yield (

@@ -18,7 +18,6 @@ from boltjoint.config.entries import Entry, explain
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import (
     LEVEL_KEYS,
-    MOST_DESIGNS,
     MOST_JOBS,
     Grid,
     Sweep,
@@ -144,8 +143,6 @@ def read_table(text: str, file: str, allowed: Collection[str]) -> dict[str, Arra
     designs = len(next(iter(columns.values()), ()))
     if not designs:
         raise TableError(f"{file}: must have a line of keys, and one for each design")
-    if designs > MOST_DESIGNS:
-        raise TableError(f"{file}: must have at most {MOST_DESIGNS} designs")
     return columns
 
 
