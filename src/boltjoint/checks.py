@@ -92,6 +92,20 @@ def array(
     return entries
 
 
+def is_number(value: object) -> bool:
+    """Whether a value is one of all, not an array with one of each; of any type."""
+    return bool(np.isscalar(value)) or getattr(value, "ndim", None) == 0
+
+
+def of_each(
+    name: str, value: ArrayLike, shape: tuple[int, ...], **limits: Unpack[Limits]
+) -> NDArray[np.float64]:
+    """An array of this shape, from a number of all or from one of each."""
+    if is_number(value):
+        return np.full(shape, number(name, value, **limits))
+    return array(name, value, shape, **limits)
+
+
 def indices(
     name: str, value: ArrayLike, shape: Shape | None = None, *, count: int | None = None
 ) -> NDArray[np.int64]:

@@ -9,8 +9,7 @@ import json
 import re
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, fields
-
-import numpy as np
+from operator import methodcaller
 
 from boltjoint import checks
 
@@ -29,7 +28,7 @@ class Options:
 
     def stored(self) -> str:
         """All options as JSON, for the attributes of a result."""
-        return json.dumps(asdict(self), default=np.generic.item)
+        return json.dumps(asdict(self), default=methodcaller("item"))
 
     @classmethod
     def descriptions(cls) -> Iterator[tuple[list[str], str]]:

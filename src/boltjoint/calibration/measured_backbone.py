@@ -72,10 +72,8 @@ class MeasuredBackbone:
             ("damping_ratio", share),
             ("damping_deviation", positive),
         ):
-            curve = getattr(self, name)
-            if name.endswith("deviation") and np.ndim(curve) == 0:
-                curve = np.full(amplitude.shape, checks.number(name, curve, **limits))
-            value = checks.array(name, curve, amplitude.shape, **limits)
+            check = checks.of_each if name.endswith("deviation") else checks.array
+            value = check(name, getattr(self, name), amplitude.shape, **limits)
             object.__setattr__(self, name, value[order])
 
     @property

@@ -9,6 +9,7 @@ Mathematical Statistics 11 (1940) 147-162.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import signature
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ Model = Callable[[Mapping[str, float]], tuple[Joint, Damping]]
 
 #: a mode whose frequency is off by more than this factor is not that of the measurement
 _FARTHEST = 2.0
+#: what a model returns
+_MADE: tuple[type, type] = (Joint, Damping)
 
 
 @dataclass(frozen=True)
@@ -59,10 +62,12 @@ class ModelCurves:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be fitted, before anything is solved."""
-        if not callable(self.model):
-            raise ValueError(
-                f"model is of type {type(self.model).__name__}: it must be a Joint or function"
-            )
+        if isinstance(self.model, type) or not callable(self.model):
+            raise ValueError(f"model is {self.model!r:.100}: it must be a joint or a function")
+        try:
+            signature(self.model).bind({})
+        except TypeError:
+            raise ValueError("model must be a function of one argument, values by name") from None
         checks.sequence("measured", self.measured, MeasuredBackbone)
         checks.instance("space", self.space, ParameterSpace)
         names = [curve.name for curve in self.measured]
@@ -186,7 +191,12 @@ class ModelCurves:
     def _joint(self, scaled: Array) -> tuple[Joint, Damping]:
         values = self.space.values(scaled)
         own = {n: x for n, x in values.items() if n.partition("[")[0] != AMPLITUDE_SCALE}
-        return self.model(own)
+        made = self.model(own)
+        if not (isinstance(made, tuple) and len(made) == len(_MADE)):
+            raise ValueError("model must return a joint and the damping of its structure")
+        for kind, what in zip(_MADE, made, strict=True):
+            checks.instance("what model returns", what, kind)
+        return made
 
     def _mode(self, scaled: Array, n: int) -> SensedMode:
         joint, damping = self._joint(scaled)

@@ -43,9 +43,7 @@ class ContactPairs:
 
         ``limits`` as for ``checks.number``.
         """
-        if np.ndim(value) == 0:
-            return np.full(self.normal_load.size, checks.number(name, value, **limits))
-        return checks.array(name, value, self.normal_load.shape, **limits)
+        return checks.of_each(name, value, self.normal_load.shape, **limits)
 
     def at(self, some: NDArray[np.int64]) -> "ContactPairs":
         """Some of the pairs."""

@@ -16,7 +16,7 @@ transient decay data. Journal of Vibration and Acoustics 142 (2020) 051111.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +73,13 @@ class IdentifiedMode:
     sensor: str
     quantity: str
     method: str
+
+    def __post_init__(self) -> None:
+        """Refuse arrays that do not fit each other."""
+        points = checks.array("time", self.time, ("points",)).shape
+        for field in fields(self):
+            if field.type is not str:
+                checks.array(field.name, getattr(self, field.name), points)
 
 
 def identify_ring_down(

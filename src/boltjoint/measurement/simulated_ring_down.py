@@ -26,6 +26,8 @@ _DIFFERENCES = {
     2: np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12,
 }
 _BESIDE = 2
+#: a sample in eleven days, and as many values of the motion as four gigabytes hold
+_LEAST_RATE, _MOST_VALUES = 1e-6, 500_000_000
 
 
 def simulate_ring_down(
@@ -80,7 +82,7 @@ def simulate_ring_down(
     checks.instance("joint", joint, Joint)
     checks.instance("law of the joint", joint.law, ElementLaw)
     damping = as_damping(damping)
-    rate = checks.number("sampling_rate", sampling_rate, above=0)
+    rate = checks.number("sampling_rate", sampling_rate, above=0, at_least=_LEAST_RATE)
     duration = checks.number("duration", duration, above=0, at_most=1e9 / rate)
     checks.choice("quantity", quantity, MOTIONS)
     steps = checks.whole("steps", steps, at_least=20, at_most=1_000_000)
@@ -93,6 +95,8 @@ def simulate_ring_down(
     step = 1 / (rate * between)
     samples = int(np.floor(duration * rate)) + 1
     checks.whole("samples", samples, at_least=2)
+    most = _MOST_VALUES // joint.natural_frequency.size
+    checks.whole("steps of the whole record", samples * between, at_most=most)
     free = Integration.of(joint, frequency, 0.0, damping, steps)
     if impulse is None:
         _start_from_mode(free, joint, checks.instance("state", state, ModalState), step)

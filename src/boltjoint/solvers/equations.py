@@ -79,6 +79,8 @@ class Quantity(Protocol):
 LEAST_TOLERANCE = 1e-15
 #: a shorter step is lost in the rounding of the solution
 LEAST_STEP = 1e-15
+#: with a smaller scale of the frequency or amplitude a branch takes millions of steps
+LEAST_SCALE = 1e-6
 #: Newton's method doubles the correct digits: what has none after so many will not converge
 MOST_ITERATIONS = 100
 #: a branch of some thousand solutions is a finely resolved curve: so many take hours and gigabytes
@@ -207,6 +209,8 @@ class StepControl(Options):
         checks.number("smallest_cosine", self.smallest_cosine, below=1)
         checks.number("tolerance", self.tolerance, at_least=LEAST_TOLERANCE)
         checks.number("smallest_step", self.smallest_step, at_least=LEAST_STEP)
+        for name in ("window_scale", "parameter_scale", "amplitude_scale"):
+            checks.number(name, getattr(self, name), at_least=LEAST_SCALE)
         checks.whole("maximum_iterations", self.maximum_iterations, at_most=MOST_ITERATIONS)
         checks.whole("maximum_solutions", self.maximum_solutions, at_most=MOST_SOLUTIONS)
         begin = min(self.first_step, self.largest_step)

@@ -65,7 +65,7 @@ def tension_of(preload: float | Sequence[float], bolts: int) -> Array:
     ValueError
         If there is not one for each bolt, one is negative, or all are 0.
     """
-    if np.ndim(preload) == 0:
+    if checks.is_number(preload):
         return np.full(bolts, checks.number("preload", preload, above=0))
     tension = checks.array("preload", preload, (bolts,), at_least=0)
     if not tension.any():

@@ -55,8 +55,7 @@ def contact_force(
     """
     relative = checks.array("relative", relative, ("pairs", 3))
     stiffness = checks.array("stiffness", stiffness, relative.shape[:1], above=0)
-    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
-    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
+    mu = checks.of_each("friction_coefficient", friction_coefficient, stiffness.shape, at_least=0)
     gap = np.zeros(len(stiffness)) if gap is None else checks.array("gap", gap, stiffness.shape)
     return coulomb_contact(relative, stiffness, mu, gap)
 
@@ -280,8 +279,7 @@ def _checked_pairs(
 ) -> tuple[Array, Array, Array]:
     """Penalty, friction coefficient and initial gap of each pair."""
     stiffness = checks.array("stiffness", stiffness, ("pairs",), above=0)
-    mu = np.broadcast_to(friction_coefficient, stiffness.shape)
-    mu = checks.array("friction_coefficient", mu, stiffness.shape, at_least=0)
+    mu = checks.of_each("friction_coefficient", friction_coefficient, stiffness.shape, at_least=0)
     gap = np.zeros(stiffness.size) if gap is None else gap
     return stiffness, mu, checks.array("gap", gap, stiffness.shape, at_least=0)
 

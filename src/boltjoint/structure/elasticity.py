@@ -10,8 +10,6 @@ R. L. Taylor, P. J. Beresford, E. L. Wilson: A non-conforming element for stress
 International Journal for Numerical Methods in Engineering 10 (1976) 1211-1219.
 """
 
-from typing import Unpack
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
@@ -59,12 +57,12 @@ def assemble(
         an element is turned inside out.
     """
     coordinate, connectivity = check_mesh(coordinate, connectivity)
-    elements = len(connectivity)
-    density = _of_elements("density", density, elements, above=0)
-    E = _of_elements("youngs_modulus", youngs_modulus, elements, above=0)
-    nu = _of_elements("poissons_ratio", poissons_ratio, elements, above=-1, below=0.5)
+    elements = connectivity.shape[:1]
+    density = checks.of_each("density", density, elements, above=0)
+    E = checks.of_each("youngs_modulus", youngs_modulus, elements, above=0)
+    nu = checks.of_each("poissons_ratio", poissons_ratio, elements, above=-1, below=0.5)
     stiffness, mass = [], []
-    for start in range(0, elements, _CHUNK):
+    for start in range(0, len(connectivity), _CHUNK):
         chunk = slice(start, start + _CHUNK)
         corners, D = coordinate[connectivity[chunk]], elasticity_matrix(E[chunk], nu[chunk])
         stiffness.append(_element_stiffness(corners, D).reshape(-1, 8, 3, 8, 3))
@@ -88,9 +86,10 @@ def elasticity_matrix(youngs_modulus: ArrayLike, poissons_ratio: ArrayLike) -> A
     ValueError
         If no elastic solid has such a modulus or ratio.
     """
-    shape = np.shape(youngs_modulus) or np.shape(poissons_ratio)
-    nu = _of_elements("poissons_ratio", poissons_ratio, *shape, above=-1, below=0.5)
-    shear = _of_elements("youngs_modulus", youngs_modulus, *shape, above=0) / (2 * (1 + nu))
+    arrays = [value for value in (youngs_modulus, poissons_ratio) if not checks.is_number(value)]
+    shape = checks.array("moduli and ratios", arrays[0]).shape if arrays else ()
+    nu = checks.of_each("poissons_ratio", poissons_ratio, shape, above=-1, below=0.5)
+    shear = checks.of_each("youngs_modulus", youngs_modulus, shape, above=0) / (2 * (1 + nu))
     D = np.zeros((*shape, 6, 6))
     D[..., :3, :3] = (2 * shear * nu / (1 - 2 * nu))[..., None, None]
     D[..., range(3), range(3)] += (2 * shear)[..., None]
@@ -127,7 +126,7 @@ def element_stiffness(corners: Array, D: Array) -> Array:
         If an array is not of this shape, or not finite, or an element is turned inside out.
     """
     corners = _right_side_out(corners)
-    D = checks.array("D", D, (6, 6) if np.ndim(D) == 2 else (len(corners), 6, 6))
+    D = checks.array("D", D, (6, 6) if getattr(D, "ndim", 0) == 2 else (len(corners), 6, 6))
     return _element_stiffness(corners, D)
 
 
@@ -172,7 +171,7 @@ def element_mass(corners: Array, density: ArrayLike) -> Array:
         element is turned inside out.
     """
     corners = _right_side_out(corners)
-    return _element_mass(corners, _of_elements("density", density, len(corners), above=0))
+    return _element_mass(corners, checks.of_each("density", density, (len(corners),), above=0))
 
 
 def _element_mass(corners: Array, density: Array) -> Array:
@@ -254,15 +253,6 @@ def _mesh(coordinate: Array, connectivity: NDArray[np.integer]) -> tuple[Array, 
     if not len(connectivity):
         raise ValueError("connectivity is empty: a body has at least one element")
     return coordinate, connectivity
-
-
-def _of_elements(
-    name: str, value: ArrayLike, *shape: int, **limits: Unpack[checks.Limits]
-) -> Array:
-    """A property of each element, from that of all or of each."""
-    if np.ndim(value) == 0:
-        return np.full(shape, checks.number(name, value, **limits))
-    return checks.array(name, value, shape, **limits)
 
 
 def _shape(point: Array) -> Array:

@@ -249,7 +249,7 @@ class Structure:
             Bolt(
                 name,
                 _row_of(f"bolt {name}", load, dofs),
-                None if np.ndim(load) else checks.whole(f"bolt {name}", load),
+                checks.whole(f"bolt {name}", load) if checks.is_number(load) else None,
             )
             for name, load in (bolts or {}).items()
         )
@@ -351,7 +351,7 @@ def _are_alike(one: NDArray[np.floating], other: NDArray[np.floating]) -> bool:
 
 def _row_of(name: str, value: int | Array, dofs: int) -> Array:
     """The row of a degree of freedom, or a row as it is given."""
-    if np.ndim(value):
+    if not checks.is_number(value):
         return checks.array(name, value, (dofs,))
     place = checks.whole(name, value, at_least=0)
     if place >= dofs:

@@ -204,6 +204,8 @@ def tabulate_divisions(
     checks.instance("joint", joint, Joint)
     checks.choice("division", division, get_args(Division))
     checks.instance("reference", reference, pd.DataFrame)
+    if missing := {"force_N", "peak_frequency_Hz", "peak_mm_per_N"}.difference(reference):
+        raise ValueError(f"reference has no column {', '.join(sorted(missing))}")
     counts = checks.indices("counts", counts, ("divisions",)).tolist()
     for count in counts:
         checks.whole("counts", count, at_least=1)

@@ -33,7 +33,7 @@ def backbone_at(
     joint
         The joint and its structure.
     amplitudes
-        Ascending [m], shape (amplitudes,).
+        Ascending [m], shape (amplitudes,); at least 1e-100, as squares of smaller ones are zero.
     damping, resonance, control
         As for ``find_backbone``.
 
@@ -45,11 +45,11 @@ def backbone_at(
     Raises
     ------
     ValueError
-        If the amplitudes do not ascend or are not positive, the output point does not move in the
+        If the amplitudes do not ascend or are too small, the output point does not move in the
         mode, or as for ``find_backbone``.
     """
     checks.instance("joint", joint, Joint)
-    wanted = checks.array("amplitudes", amplitudes, ("amplitudes",), above=0)
+    wanted = checks.array("amplitudes", amplitudes, ("amplitudes",), at_least=checks.SMALLEST_LEVEL)
     if wanted.size == 0 or np.any(np.diff(wanted) <= 0):
         raise ValueError("amplitudes must ascend")
     equations = EPMCEquations(joint.distinct, damping, resonance)

@@ -75,11 +75,16 @@ class Branch:
     larger_resonance: int | None = None
 
     def __post_init__(self) -> None:
-        """Say why a complete branch has no peak."""
-        located = checks.flags("located", self.located, ("solutions",))
+        """Refuse arrays that do not fit each other; say why a complete branch has no peak."""
+        solutions = checks.array("frequency", self.frequency, ("solutions",)).shape
+        checks.array("modal_coordinate", self.modal_coordinate, (*solutions, "components"))
+        checks.array("amplitude", self.amplitude, solutions)
+        checks.indices("iterations", self.iterations, solutions)
+        for name in ("converged", "located", "in_all_modes"):
+            checks.flags(name, getattr(self, name), solutions)
         complete = checks.flag("complete", self.complete)
         checks.instance("reason", self.reason, str)
-        if complete and not self.reason and not located.any():
+        if complete and not self.reason and not self.located.any():
             object.__setattr__(self, "reason", "no peak in the window")
 
     def __repr__(self) -> str:

@@ -316,7 +316,7 @@ def by_force(response: xr.Dataset, joint: Joint | None = None) -> xr.Dataset:
     checks.instance("response", response, xr.Dataset)
     levels = checks.variable("response", response, "force_level", ("force",))
     of_solution = checks.variable("response", response, "excitation_force", ("solution",))
-    solved = response["converged"].to_numpy() == 1
+    solved = checks.variable("response", response, "converged", ("solution",)) == 1
     places = [np.flatnonzero((of_solution == level) & solved) for level in levels]
     longest = max((place.size for place in places), default=0)
     arranged: dict[Hashable, xr.Variable | xr.DataArray] = {
@@ -331,11 +331,13 @@ def by_force(response: xr.Dataset, joint: Joint | None = None) -> xr.Dataset:
 
     for name in _OF_SOLUTIONS:
         if name in response:
-            values = response[name].to_numpy().astype(float)
+            values = checks.variable("response", response, name, ("solution",), finite=False)
             arranged[name] = xr.Variable(("force", "point"), along(values), response[name].attrs)
     if joint is not None:
         checks.instance("joint", joint, Joint)
-        q = response["modal_coordinate"].transpose("solution", "component", "mode")
+        dimensions = ("solution", "component", "mode")
+        checks.variable("response", response, "modal_coordinate", dimensions)
+        q = response["modal_coordinate"].transpose(*dimensions)
         modes = np.array(list(joint.sensors.by_name.values()))
         if q.sizes["mode"] != modes.shape[1]:
             raise ValueError(

@@ -70,17 +70,20 @@ class OtherResonances:
             backbones.append(backbone)
         return backbones
 
-    def larger_than(self, branch: Branch) -> int:
+    def larger_than(self, branch: Branch) -> int | None:
         """Number of the resonance with the largest peak if it is larger than a branch's, else 0.
 
-        Peaks whose estimated error is too large count as none (``ErrorLimits``).
+        None if that is not known: a response breaks off without a peak, or a larger one is in error
+        by more than is allowed (``ErrorLimits``), and no other is larger.
         """
         largest, number = branch.peak_amplitude * (1 + _SAME), 0
+        is_known = True
         of_joint = self._backbone.equations.balance
         balance = HarmonicBalance(of_joint.joint, of_joint.damping, branch.force)
         for backbone in self._backbones:
             response = synthesise_response(backbone, branch.force, self._window)
             if response.peak is None:
+                is_known &= response.complete
                 continue
             x, w = (
                 response.modal_coordinate[response.peak],
@@ -91,7 +94,9 @@ class OtherResonances:
                 continue
             if estimate_solution_error(balance, x, w) <= ErrorLimits.of_peak:
                 largest, number = amplitude, backbone.equations.resonance
-        return number
+            else:
+                is_known = False
+        return number if number or is_known else None
 
 
 logger = logging.getLogger(__name__)

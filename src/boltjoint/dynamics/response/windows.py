@@ -16,6 +16,8 @@ _LARGEST_ROUNDING = 1e-3
 #: stuck resonance over that without contact: joints raise it by some percent, and vectors that
 #: cannot move without the contact by the root of its stiffness
 _LARGEST_RATIO = 1e4
+#: highest over lowest frequency of a window: steps are a part of the frequency
+_WIDEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,9 @@ class Resonance:
         """Refuse impossible values."""
         checks.whole("resonance", self.number, at_least=1)
         if self.window is not None:
-            object.__setattr__(self, "window", checks.interval("window", self.window))
+            low, high = checks.interval("window", self.window)
+            checks.number("lower end of the window", low, at_least=high / _WIDEST)
+            object.__setattr__(self, "window", (low, high))
 
     def around(self, joint: Joint) -> tuple[float, float]:
         """Window of the responses of a joint [Hz]."""

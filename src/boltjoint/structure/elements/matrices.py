@@ -63,10 +63,7 @@ class IsotropicMaterial:
         }
         values = []
         for name, within in limits.items():
-            value = getattr(self, name)
-            if np.ndim(value) == 0:
-                value = np.full(elements, checks.number(name, value, **within))
-            values.append(checks.array(name, value, (elements,), **within))
+            values.append(checks.of_each(name, getattr(self, name), (elements,), **within))
         modulus, ratio, density = values
         return modulus, ratio, density
 
