@@ -12,7 +12,6 @@ import warnings
 
 import pytest
 from fuzzing import BOLTS, FORCE, KINDS, TEXTS, content_of, mutation, write_study
-from mutations import ROOT
 
 from boltjoint.config.assembly import Assembly
 from boltjoint.config.distributions import Lognormal
@@ -195,7 +194,8 @@ def test_an_exception_while_checking_is_a_line_with_its_file(study, monkeypatch,
     [
         ("_of_assembly", "config/assemblies/two_bolt.yaml: cannot be estimated"),
         ("_memory_of_balance", "config/cases/small.yaml: cannot be estimated"),
-        ("_elements", "config/sweeps/grid.yaml: cannot be estimated"),
+        ("_elements", "config/cases/measured.yaml: cannot be estimated"),
+        ("_of_sweep", "config/sweeps/grid.yaml: cannot be estimated"),
         ("Contents", "config/config.yaml: cannot be planned"),
     ],
 )

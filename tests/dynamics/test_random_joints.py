@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from random_joints import LAWS, random_joint, solve
 
-from boltjoint import frequency_window, solve_branch
+from boltjoint import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
 from boltjoint.solvers.equations import StepControl
@@ -122,3 +122,19 @@ def test_a_branch_predicted_in_a_mode_has_no_other_maxima(law, index):
     peaks = [solve(law, kind, index, seed=40411) for kind in ("complex-rdnm-1", "linear")]
     assert peaks[0]["peak"] == pytest.approx(peaks[1]["peak"], rel=1e-8)
     assert (peaks[0]["peak"] == 0) == (index in (299, 503))
+
+
+def test_a_peak_beyond_turns_that_are_in_error_may_be_one_of_an_isolated_branch():
+    """The full equations pass below it, at a two-thousandth of its amplitude."""
+    joint, force, loss_factor = random_joint("variable", 27, seed=424242)
+    response = solve_response(joint, [force], "backbone", damping=loss_factor).isel(force=0)
+    linear = solve_branch(joint, force, damping=loss_factor)
+    assert response["peak_amplitude"] > 1000 * linear.peak_amplitude
+    assert response["peak_error_estimate"] < 1e-3
+    assert (response["isolated_branch"], response["wrong"]) == (-1, 0)
+
+
+def test_a_larger_peak_in_error_is_not_known():
+    joint, force, loss_factor = random_joint("variable", 1981, seed=2128011)
+    response = solve_response(joint, [force], "backbone", damping=loss_factor).isel(force=0)
+    assert response["larger_resonance"] == -1

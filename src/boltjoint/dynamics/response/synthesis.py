@@ -22,11 +22,17 @@ from boltjoint.dynamics.response.branch import (
     ErrorLimits,
     estimate_solution_error,
 )
+from boltjoint.dynamics.response.folds import find_folds
 from boltjoint.dynamics.response.methods import Method, Problem
 
 #: relative difference of amplitudes below which two peaks may be the same: what synthesis from two
 #: backbones of one resonance is off by
 _SAME = 0.02
+
+
+#: estimated error at a turning point above which the full equations may not turn there, but pass
+#: below an isolated branch
+_LARGEST_AT_TURNS = 0.1
 
 
 class OtherResonances:
@@ -203,9 +209,27 @@ def synthesise_branch(
         reason=response.reason,
         has_isolated=response.has_isolated,
     )
-    if others is None or branch.peak is None:
+    if branch.peak is None:
+        return branch
+    if not (branch.has_isolated or _is_way_known(branch, backbone)):
+        branch = replace(branch, has_isolated=None)
+    if others is None:
         return branch
     larger = others.larger_than(branch)
     if larger:
         logger.warning("%g N: resonance %d has a larger peak in the window", force, larger)
     return replace(branch, larger_resonance=larger)
+
+
+def _is_way_known(branch: Branch, backbone: Backbone) -> bool:
+    """Whether the turning points before the peak are solutions of the full equations."""
+    turns = find_folds(branch.frequency, branch.complete).at
+    of_joint = backbone.equations.balance
+    balance = HarmonicBalance(of_joint.joint, of_joint.damping, branch.force)
+    return all(
+        estimate_solution_error(
+            balance, branch.modal_coordinate[turn], 2 * np.pi * branch.frequency[turn]
+        )
+        <= _LARGEST_AT_TURNS
+        for turn in turns[turns < (branch.peak or 0)]
+    )
