@@ -161,6 +161,16 @@ def test_a_file_that_asks_for_much_is_checked_as_soon(study, imported, what):
     assert len(str(ConfigError(problems)).splitlines()) <= 51
 
 
+def test_of_many_problems_all_are_counted_and_the_first_told(study):
+    file, changes = LARGE["bolts"]
+    (study / file).write_text(json.dumps(content_of(file) | changes), encoding="utf-8")
+    problems = problems_of(study)
+    untold = [problem for problem in problems if problem.endswith("has another problem")]
+    assert len(problems) > 59_000
+    assert 0 < len(problems) - len(untold) < 2000
+    assert not set(problems[:1000]) & set(untold)
+
+
 def test_of_many_problems_the_first_are_shown():
     error = ConfigError(numbered("problem ", 70))
     assert error.problems == tuple(numbered("problem ", 70))

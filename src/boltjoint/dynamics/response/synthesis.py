@@ -28,8 +28,6 @@ from boltjoint.dynamics.response.methods import Method, Problem
 #: relative difference of amplitudes below which two peaks may be the same: what synthesis from two
 #: backbones of one resonance is off by
 _SAME = 0.02
-
-
 #: estimated error at a turning point above which the full equations may not turn there, but pass
 #: below an isolated branch
 _LARGEST_AT_TURNS = 0.1
