@@ -45,6 +45,13 @@ def test_element_has_six_rigid_modes_and_no_others(distorted_element):
     assert eigenvalue[6] > 1e-3
 
 
+def test_an_element_takes_a_law_in_any_form_of_array(distorted_element):
+    D = elasticity_matrix(1.0, 0.3)
+    K = element_stiffness(distorted_element, D)
+    for given in (D.tolist(), D[None], D[None].tolist()):
+        np.testing.assert_array_equal(element_stiffness(distorted_element, given), K)
+
+
 def test_element_stiffness_turns_with_the_element(distorted_element):
     D = elasticity_matrix(1.0, 0.3)
     turn = Rotation.from_rotvec([0.3, -0.8, 0.5]).as_matrix()

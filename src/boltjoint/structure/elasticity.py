@@ -86,8 +86,7 @@ def elasticity_matrix(youngs_modulus: ArrayLike, poissons_ratio: ArrayLike) -> A
     ValueError
         If no elastic solid has such a modulus or ratio.
     """
-    arrays = [value for value in (youngs_modulus, poissons_ratio) if not checks.is_number(value)]
-    shape = checks.array("moduli and ratios", arrays[0]).shape if arrays else ()
+    shape = np.shape(youngs_modulus) or np.shape(poissons_ratio)
     nu = checks.of_each("poissons_ratio", poissons_ratio, shape, above=-1, below=0.5)
     shear = checks.of_each("youngs_modulus", youngs_modulus, shape, above=0) / (2 * (1 + nu))
     D = np.zeros((*shape, 6, 6))
@@ -126,7 +125,8 @@ def element_stiffness(corners: Array, D: Array) -> Array:
         If an array is not of this shape, or not finite, or an element is turned inside out.
     """
     corners = _right_side_out(corners)
-    D = checks.array("D", D, (6, 6) if getattr(D, "ndim", 0) == 2 else (len(corners), 6, 6))
+    D = checks.array("D", D)
+    D = checks.array("D", D, (6, 6) if D.ndim == 2 else (len(corners), 6, 6))
     return _element_stiffness(corners, D)
 
 
