@@ -32,8 +32,6 @@ Model = Callable[[Mapping[str, float]], tuple[Joint, Damping]]
 
 #: a mode whose frequency is off by more than this factor is not that of the measurement
 _FARTHEST = 2.0
-#: what a model returns
-_MADE: tuple[type, type] = (Joint, Damping)
 
 
 @dataclass(frozen=True)
@@ -192,10 +190,10 @@ class ModelCurves:
         values = self.space.values(scaled)
         own = {n: x for n, x in values.items() if n.partition("[")[0] != AMPLITUDE_SCALE}
         made = self.model(own)
-        if not (isinstance(made, tuple) and len(made) == len(_MADE)):
+        if not (isinstance(made, tuple) and len(made) == 2):
             raise ValueError("model must return a joint and the damping of its structure")
-        for kind, what in zip(_MADE, made, strict=True):
-            checks.instance("what model returns", what, kind)
+        checks.instance("joint of model", made[0], Joint)
+        checks.instance("damping of model", made[1], Damping)
         return made
 
     def _mode(self, scaled: Array, n: int) -> SensedMode:

@@ -25,8 +25,8 @@ Array = NDArray[np.float64]
 LARGEST_TABLE = 100_000_000
 #: rows that are converted at once
 _ROWS = 10_000
-#: a number, and as many lines of so many as are converted at once; nothing is tried again
-_NUMBER = r"[-+]?+(?:\.[0-9]++|[0-9]++(?:\.[0-9]*+)?+)(?:[eE][-+]?+[0-9]++)?+"
+#: as many lines of so many numbers as are converted at once; no part is tried in another way
+_NUMBER = f"(?>{DECIMAL.pattern})"
 _LINES = "(?:{number}(?:,{number}){{{more}}}\n){{1,{rows}}}+"
 _SPACES = " \t"
 #: a point is part of no number whose decimals follow a comma

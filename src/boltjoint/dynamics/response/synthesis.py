@@ -82,8 +82,7 @@ class OtherResonances:
         """
         largest, number = branch.peak_amplitude * (1 + _SAME), 0
         is_known = True
-        of_joint = self._backbone.equations.balance
-        balance = HarmonicBalance(of_joint.joint, of_joint.damping, branch.force)
+        balance = _balance(self._backbone, branch.force)
         for backbone in self._backbones:
             response = synthesise_response(backbone, branch.force, self._window)
             if response.peak is None:
@@ -219,11 +218,16 @@ def synthesise_branch(
     return replace(branch, larger_resonance=larger)
 
 
+def _balance(backbone: Backbone, force: float) -> HarmonicBalance:
+    """The full equations of the joint of a backbone."""
+    free = backbone.equations.balance
+    return HarmonicBalance(free.joint, free.damping, force)
+
+
 def _is_way_known(branch: Branch, backbone: Backbone) -> bool:
     """Whether the turning points before the peak are solutions of the full equations."""
     turns = find_folds(branch.frequency, branch.complete).at
-    of_joint = backbone.equations.balance
-    balance = HarmonicBalance(of_joint.joint, of_joint.damping, branch.force)
+    balance = _balance(backbone, branch.force)
     return all(
         estimate_solution_error(
             balance, branch.modal_coordinate[turn], 2 * np.pi * branch.frequency[turn]

@@ -52,7 +52,7 @@ class Resonance:
     Raises
     ------
     ValueError
-        If there is no such number, or the window is none.
+        If there is no such number, or the window is none or ends at more than 1e9 times its begin.
     """
 
     number: int = 1
