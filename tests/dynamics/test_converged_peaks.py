@@ -20,7 +20,7 @@ from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
 )
-from boltjoint.dynamics.response.phase_resonance import PhaseResonance, find_peak
+from boltjoint.dynamics.response.phase_resonance import PeakSearch, PhaseResonance, find_peak
 from boltjoint.dynamics.response.response_file import to_dataset
 from boltjoint.dynamics.response.stability import StabilityOptions
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -79,34 +79,54 @@ def test_more_harmonics_change_a_converged_peak_by_less_than_its_truncation_erro
 def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     joint, response = either
     frequency, motion = motion_at_peak(response, 5.0)
-    few = find_peak(joint, frequency, 5.0, LOSS, motion, harmonics=3, samples=256)
-    many = find_peak(joint, frequency, 5.0, LOSS, few.motion, harmonics=9, samples=512)
     law = AlternatingFrequencyTime(joint.law, 3, 256)
     balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
+    resonance = PhaseResonance(balance, frequency, motion)
+    few = resonance.peak()
+    many = find_peak(joint, frequency, 5.0, LOSS, few.motion, harmonics=9, samples=512)
     thrice = LeftOutHarmonics(times=3, smallest_fall=1e-9, tolerance=1e-7)
-    change = change_by_left_out_harmonics(balance, few.motion, few.frequency, thrice)
+    change = change_by_left_out_harmonics(resonance, few, thrice)
     amplitudes = [abs(peak.motion.amplitude(joint.response_mode)) for peak in (few, many)]
     expected = abs(amplitudes[1] / amplitudes[0] - 1)
     assert expected > 1e-4
     # the amplitude changes with the phase in second order
-    assert change[1] == pytest.approx(expected, rel=0.01)
+    assert change.amplitude == pytest.approx(expected, rel=0.01)
     # a motion so far away that the bar would be as large as the peak is another one
-    for safety, is_near in ((0.9 / change[1], True), (1.1 / change[1], False)):
-        at = balance, few.motion, few.frequency, replace(thrice, safety=safety)
+    for safety, is_near in ((0.9 / change.amplitude, True), (1.1 / change.amplitude, False)):
+        at = resonance, few, replace(thrice, safety=safety)
         assert np.isfinite(change_by_left_out_harmonics(*at)).all() == is_near
+
+
+def test_left_out_harmonics_move_a_peak_in_the_phase_as_their_amplitudes_vary_with_it(either):
+    joint, response = either
+    frequency, motion = motion_at_peak(response, 5.0)
+    law = AlternatingFrequencyTime(joint.law, 3, 256)
+    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
+    exact = PeakSearch(width=1e-4, tolerance=1e-9)
+    resonance = PhaseResonance(balance, frequency, motion, search=exact)
+    few = resonance.peak()
+    at = joint, frequency, 5.0, LOSS, few.motion
+    many = find_peak(*at, harmonics=6, samples=512, search=exact)
+    change = change_by_left_out_harmonics(resonance, few, LeftOutHarmonics(times=2, tolerance=1e-7))
+    # by 2e-4 and 2e-3 rad
+    turn = abs(many.phase - few.phase)
+    assert change.slope / few.sharpness == pytest.approx(turn, rel=0.1, abs=5e-5)
+    moved = few.frequency_by_phase * turn
+    assert abs(many.frequency / few.frequency - 1) < change.frequency + moved
 
 
 def test_left_out_harmonics_are_added_a_few_at_a_time_where_all_do_not_converge():
     joint, force, loss_factor = error_bars.small_joint("variable", 2, seed=3)
     response = solve_response(joint, [force], damping=loss_factor)
     at_peak = motion_at_peak(response, force)
-    few = find_peak(joint, at_peak[0], force, loss_factor, at_peak[1], harmonics=9)
     law = AlternatingFrequencyTime(joint.contact.element_law, 9)
     balance = HarmonicBalance(replace(joint, law=law), loss_factor, force)
-    at = balance, few.motion, few.frequency
+    resonance = PhaseResonance(balance, *at_peak)
+    few = resonance.peak()
+    at = resonance, few
     enough = LeftOutHarmonics(times=2, tolerance=1e-9)
     expected = change_by_left_out_harmonics(*at, enough)
-    assert expected.max() > 1e-6
+    assert expected.amplitude > 1e-6
     more = replace(law, harmonics=18, samples=512)
     equations, y, phase = PhaseEquations.near(
         replace(balance, joint=replace(joint, law=more)), few.motion, few.frequency
@@ -279,10 +299,11 @@ def test_changes_that_hardly_vary_with_the_phase_move_a_peak_less(monkeypatch):
     joint, force, loss_factor = error_bars.small_joint("coupled-constant", 18, seed=161803)
     rows = error_bars.check("", "", joint, [force], loss_factor)
     bars, errors = ([row[name] for row in rows] for name in ("bar", "error"))
-    monkeypatch.setattr(PhaseResonance, "variation_of_change", lambda *_: 1.0)
+    # as where motions at other phases are not found
+    monkeypatch.setattr(PhaseResonance, "slope_of_change", lambda *_: np.nan)
     response = solve_response(joint, [force], damping=loss_factor)
     varying = converge_peaks(joint, response).isel(force=0)
-    assert errors[0] < bars[0] < 0.8 * varying["peak_frequency_truncation_error"]
+    assert errors[0] < bars[0] < 0.3 * varying["peak_frequency_truncation_error"]
     assert errors[1] < bars[1] == varying["peak_amplitude_truncation_error"]
 
 

@@ -15,7 +15,6 @@ from boltjoint import checks
 from boltjoint.damping import Damping, damping_of_attributes
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.balance.balance_equations import Jacobian
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import (
     PeriodicMotion,
     find_superharmonic,
@@ -138,38 +137,28 @@ def find_converged_peak(
         return ConvergedPeak()
     joint = joint.distinct
     sequence = converge_peak(joint, frequency, motion, force, damping, options)
-    return _judge(sequence, HarmonicBalance(joint, damping, force), options, left_out)
+    return _judge(sequence, left_out)
 
 
-def _judge(
-    sequence: PeakSequence,
-    balance: HarmonicBalance,
-    options: HarmonicConvergence,
-    left_out: LeftOutHarmonics,
-) -> ConvergedPeak:
+def _judge(sequence: PeakSequence, left_out: LeftOutHarmonics) -> ConvergedPeak:
     """Truncation errors of a peak sequence, and whether a harmonic of its last is in resonance.
 
     What the search of the peak left is added: its distance from the peak, and its tolerance.
     """
-    located = sequence.peaks[-1].located if sequence.has_more_harmonics else None
-    if located is None:
+    resonance, located = sequence.resonance, sequence.peaks[-1].located
+    if resonance is None or located is None:
         return ConvergedPeak(sequence)
-    last = sequence.peaks[-1]
-    elements = balance.joint.contact.element_law
-    law = AlternatingFrequencyTime(elements, **options.sampling(last.harmonics))
-    balance = replace(balance, joint=replace(balance.joint, law=law))
-    change = change_by_left_out_harmonics(balance, last.motion, last.frequency, left_out)
-    frequency, amplitude = left_out.safety * change + sequence.extrapolated_change
-    # changes of amplitudes at phases near each other are less apart than they are large; what is
-    # foreseen of them varies as the last change does
-    error = left_out.safety / 2 * change[1]
-    foreseen = min(error, sequence.extrapolated_change[1])
-    variation = min(1.0, left_out.safety * sequence.variation)
-    frequency += located.frequency_error(error, error - (1 - variation) * foreseen)
-    amplitude += located.amplitude_error + PeakSearch().tolerance
-    q, w = last.motion.in_components(law.components), 2 * np.pi * last.frequency
+    change = change_by_left_out_harmonics(resonance, located, left_out)
+    at_phase = left_out.safety * np.array(change)
+    frequency, amplitude = sequence.extrapolated_change
+    frequency += located.frequency_error(*at_phase)
+    amplitude += at_phase[1] + located.amplitude_error + PeakSearch().tolerance
+    balance = resonance.balance
+    q, w = located.motion.in_components(balance.components), 2 * np.pi * located.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
-    superharmonic = find_superharmonic(balance, jacobian, last.motion, last.frequency)
+    superharmonic = find_superharmonic(balance, jacobian, located.motion, located.frequency)
+    # motions at other phases, and their factors, have served
+    sequence = sequence._replace(resonance=None)
     return ConvergedPeak(sequence, (frequency, amplitude), superharmonic)
 
 

@@ -100,12 +100,12 @@ class HarmonicPeak(NamedTuple):
 class PeakSequence(NamedTuple):
     """Peaks found with more and more harmonics, and whether the last changed within tolerances.
 
-    ``variation`` of the last change with the phase (``PhaseResonance.variation_of_change``).
+    ``resonance``: motions near the last; None with one peak.
     """
 
     peaks: tuple[HarmonicPeak, ...]
     converged: bool = False
-    variation: float = 1.0
+    resonance: PhaseResonance | None = None
 
     @property
     def has_more_harmonics(self) -> bool:
@@ -202,7 +202,7 @@ def _restarted(balance: HarmonicBalance, peak: HarmonicPeak) -> PhaseResonance |
     found = with_more_harmonics(balance, peak.motion, peak.frequency, LeftOutHarmonics())
     if found is None:
         return None
-    motion, frequency = found
+    motion, frequency, _ = found
     if abs(np.log(frequency / peak.frequency)) > PeakSearch().largest_distance:
         return None
     return PhaseResonance(balance, frequency, motion)
@@ -217,10 +217,7 @@ def _narrowed(
         located = resonance.peak()
         if located is not None:
             peaks[place] = _peak_with(peaks[place].harmonics, located, joint)
-    variation = 1.0
-    if len(resonances) > 1 and (located := peaks[-1].located) is not None:
-        variation = resonances[-1].variation_of_change(resonances[-2], located.phase)
-    return PeakSequence(tuple(peaks), variation=variation)
+    return PeakSequence(tuple(peaks), resonance=resonances[-1] if resonances else None)
 
 
 def _peak_with(harmonics: int, located: LocatedPeak, joint: Joint) -> HarmonicPeak:

@@ -3,7 +3,9 @@
 The contact forces of a motion with H harmonics have harmonics beyond H, which nothing balances. The
 motion with several times as many, sought from it at the same phase of the output point, holds the
 response of the structure with its contact to them. At a peak the amplitude does not change with
-the phase to first order, so that its change at that phase is the one of the peak.
+the phase to first order, so that its change at that phase is the one of the peak. Its frequency
+does: by how much more the amplitude changes on one side of the peak than on the other, the peak
+moves in the phase.
 
 It has to be solved. Few corrections of the motion, by GMRES with a preconditioner that leaves the
 harmonics beyond H uncoupled, told a change of 1e-5 where it is 4.6e-3: their residual stayed at
@@ -20,21 +22,17 @@ Mechanical Systems and Signal Processing 30 (2012) 43-60.
 """
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.options import Options
-from boltjoint.solvers.equations import StepControl
-from boltjoint.solvers.newton import NewtonKrylov
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -79,33 +77,47 @@ class LeftOutHarmonics(Options):
             checks.number(name, getattr(self, name), above=0)
 
 
+class LeftOutChange(NamedTuple):
+    """Relative changes of frequency and amplitude of a peak at its phase, without sign.
+
+    ``slope``: derivative of the amplitude's by the phase [1/rad], which moves the peak; not a
+    number where it is not known. All are where the motion is not found.
+    """
+
+    frequency: float = np.nan
+    amplitude: float = np.nan
+    slope: float = np.nan
+
+
 def change_by_left_out_harmonics(
-    balance: HarmonicBalance,
-    motion: PeriodicMotion,
-    frequency: float,
+    resonance: PhaseResonance,
+    peak: LocatedPeak,
     options: LeftOutHarmonics = LeftOutHarmonics(),
-) -> Array:
+) -> LeftOutChange:
     """Relative changes of frequency and amplitude of a peak with further harmonics.
 
     Parameters
     ----------
-    balance
-        In linear modes, with AFT in the harmonics of the motion.
-    motion, frequency
-        The peak, and its frequency [Hz].
+    resonance
+        Motions near the peak, by AFT.
+    peak
+        The peak that they gave.
     options
         Harmonics, and how they are solved.
 
     Returns
     -------
-    ndarray
-        Shape (2,), without sign: the largest; not a number where the motion is not found, or so far
-        from the peak that an error bar would be as large as that.
+    LeftOutChange
+        The largest; not a number where the motion is not found, or so far from the peak that an
+        error bar would be as large as that.
     """
+    balance = checks.instance("resonance", resonance, PhaseResonance).balance
+    checks.instance("peak", peak, LocatedPeak)
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     mode = balance.joint.response_mode
-    before = np.array([frequency, abs(motion.amplitude(mode))])
-    largest = np.zeros(2)
+    before = np.array([peak.frequency, abs(peak.motion.amplitude(mode))])
+    motion, frequency = peak.motion, peak.frequency
+    changes, slope = np.zeros((1, 2)), np.nan
     for times in range(2, options.times + 1):
         highest = times * law.harmonics
         samples = max(options.finer * law.samples, 4 * highest)
@@ -113,43 +125,70 @@ def change_by_left_out_harmonics(
         more = replace(balance, joint=replace(balance.joint, law=extended))
         if times > 2 and _fall(more, motion, frequency, law.harmonics) < options.smallest_fall:
             break
-        found = with_more_harmonics(more, motion, frequency, options)
+        found = with_more_harmonics(more, motion, frequency, options, fewer=resonance)
         if found is None:
-            return np.full(2, np.nan)
-        motion, frequency = found
+            return LeftOutChange()
+        motion, frequency, at_phases = found
         after = np.array([frequency, abs(motion.amplitude(mode))])
-        largest = np.maximum(largest, abs(after / before - 1))
-        if options.safety * largest[1] >= 1:
-            return np.full(2, np.nan)
-    return largest
+        changes = np.vstack([changes, abs(after / before - 1)])
+        if options.safety * changes[-1, 1] >= 1:
+            return LeftOutChange()
+        if times == 2:
+            slope = abs(at_phases.slope_of_change(resonance, peak.phase))
+    largest = changes.max(axis=0)
+    if changes[1, 1]:
+        # as the amplitudes at all phases
+        slope *= largest[1] / changes[1, 1]
+    return LeftOutChange(*map(float, largest), slope=float(slope))
 
 
 def with_more_harmonics(
-    balance: HarmonicBalance, motion: PeriodicMotion, frequency: float, options: LeftOutHarmonics
-) -> tuple[PeriodicMotion, float] | None:
+    balance: HarmonicBalance,
+    motion: PeriodicMotion,
+    frequency: float,
+    options: LeftOutHarmonics,
+    *,
+    fewer: PhaseResonance | None = None,
+) -> tuple[PeriodicMotion, float, PhaseResonance] | None:
     """A motion with the harmonics of a balance at the same phase, and its frequency [Hz].
 
     Where corrections do not converge, fewer harmonics are added at once: 33 at once took 77
     corrections on three bolts, from residuals that grew to a hundred times the force.
+
+    Parameters
+    ----------
+    balance
+        In linear modes, with AFT.
+    motion, frequency
+        With fewer harmonics, and its frequency [Hz].
+    options
+        How it is solved.
+    fewer
+        Motions at other phases, whose changes with it are those to expect.
+
+    Returns
+    -------
+    tuple or None
+        Motion, frequency [Hz], and the motions at other phases; None where it is not found.
     """
-    control = StepControl(tolerance=options.tolerance, maximum_iterations=options.iterations)
+    search = PeakSearch(tolerance=options.tolerance, iterations=options.iterations)
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     highest = Components(motion.components).highest
     added = law.harmonics - highest
-    while highest < law.harmonics:
+    while True:
         partial = replace(law, harmonics=min(highest + added, law.harmonics))
-        fewer = replace(balance, joint=replace(balance.joint, law=partial))
-        equations, y, phase = PhaseEquations.near(fewer, motion, frequency)
-        solution = NewtonKrylov(equations, control).solve(y, phase)
-        if solution.converged:
-            x, w = equations.solution(solution.x)
-            motion = PeriodicMotion(fewer.components, fewer.components.rows(x))
-            highest, frequency = partial.harmonics, w / (2 * np.pi)
+        with_some = replace(balance, joint=replace(balance.joint, law=partial))
+        resonance = PhaseResonance(with_some, frequency, motion, fewer=fewer, search=search)
+        start = resonance.start()
+        if start is not None:
+            motion, frequency = start
+            highest = partial.harmonics
+            if highest == law.harmonics:
+                return motion, frequency, resonance
         elif added == 1:
             return None
         else:
             added //= 2
-    return motion, frequency
 
 
 def _fall(balance: HarmonicBalance, motion: PeriodicMotion, frequency: float, count: int) -> float:

@@ -87,8 +87,8 @@ class LocatedPeak(NamedTuple):
     ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
     change of ln w by the phase; ``sharpness``, minus the second derivative of the logarithm of the
     amplitude by the phase: 1 at a linear resonance, less where friction makes the peak flat;
-    ``distance`` by which its phase may be off [rad]; ``spread`` of the phases whose amplitudes tell
-    it [rad]; ``amplitude_error``, relative: by the distance, and by roughness.
+    ``distance`` by which its phase may be off [rad]; ``amplitude_error``, relative: by that
+    distance, and by roughness.
     """
 
     frequency: float
@@ -97,19 +97,31 @@ class LocatedPeak(NamedTuple):
     frequency_by_phase: float
     sharpness: float
     distance: float
-    spread: float
     amplitude_error: float
 
-    def frequency_error(self, amplitude_error: float, varying: float) -> float:
-        """Relative error of the frequency by that of the amplitude, e.
+    def frequency_error(self, frequency: float, amplitude: float, slope: float) -> float:
+        """Relative error of the frequency by errors of the motion at the phase of the peak.
 
-        Within e the peak is in a phase of ``sqrt(2 e / sharpness)``. What of e varies over the
-        spread moves it by ``varying / (spread sharpness)``. Its distance counts twice: that is of
-        vertices which converge with the spread, and those of rough amplitudes do not.
+        Parameters
+        ----------
+        frequency, amplitude
+            Relative errors there.
+        slope
+            Error of the derivative of ln amplitude by the phase [1/rad], which moves the peak by
+            itself over the sharpness. Where it is not a number, the peak is within a phase of
+            ``sqrt(2 e / sharpness)`` by an amplitude error of e.
+
+        Returns
+        -------
+        float
+            The error at the phase and that by the phase, as independent of each other, and twice
+            the distance: it is of vertices which converge with the spread, and those of rough
+            amplitudes do not.
         """
-        moved = varying / (self.spread * self.sharpness)
-        phase = min(np.sqrt(2 * amplitude_error / self.sharpness), moved) + 2 * self.distance
-        return float(self.frequency_by_phase * phase)
+        within = np.sqrt(2 * amplitude / self.sharpness)
+        moved = np.fmin(within, slope / self.sharpness)
+        by_phase = self.frequency_by_phase
+        return float(np.hypot(frequency, by_phase * moved) + 2 * by_phase * self.distance)
 
 
 def find_peak(
@@ -193,6 +205,7 @@ class PhaseResonance:
         checks.instance("start", start, PeriodicMotion)
         checks.instance("search", search, PeakSearch)
         frequency = checks.number("frequency", frequency, above=0)
+        self.balance = balance
         near = PhaseEquations.near(balance, start, frequency)
         self._equations, self._start, self._first = near
         self._fewer, self._search = fewer, search
@@ -230,14 +243,23 @@ class PhaseResonance:
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
             distance=distance,
-            spread=self._search.spread,
             amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
         )
 
-    def variation_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
-        """How much the change of amplitudes by harmonics varies with the phase, near one.
+    def start(self) -> tuple[PeriodicMotion, float] | None:
+        """The motion at the phase of the start, and its frequency [Hz]; None without one."""
+        try:
+            q, w = self._equations.solution(self._solution(self._first))
+        except _NotConverged:
+            return None
+        components = self.balance.components
+        return PeriodicMotion(components, components.rows(q)), w / (2 * np.pi)
 
-        Its range within one and a half spreads, over the largest change; at most 1.
+    def slope_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
+        """Derivative of the change of the amplitude's logarithm by the phase, near one [1/rad].
+
+        Between the farthest phases within one and a half spreads that are known with fewer
+        harmonics; not a number where there is no motion at them with these.
 
         Parameters
         ----------
@@ -246,11 +268,15 @@ class PhaseResonance:
         phase
             That of the peak [rad].
         """
-        phases = [one for one in self._near(phase) if fewer._spans(one)]
-        changes = [self._log_amplitude(one) - fewer._log_amplitude_near(one) for one in phases]
-        if len(changes) < 3 or not any(changes):
-            return 1.0
-        return min(1.0, float(np.ptp(changes) / np.max(np.abs(changes))))
+        near = fewer._near(phase)
+        sides = np.array([min(near), max(near)])
+        try:
+            with_more, without = (
+                np.array([one._log_amplitude(side) for side in sides]) for one in (self, fewer)
+            )
+        except _NotConverged:
+            return np.nan
+        return float(np.diff(with_more - without)[0] / np.diff(sides)[0])
 
     def _locate(self, width: float) -> Parabola | None:
         """The parabola of the peak, its vertex within a width where it can be; None without one."""
@@ -306,15 +332,7 @@ class PhaseResonance:
 
     def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
-        return self._log_amplitude_of(self._solution(phase))
-
-    def _log_amplitude_near(self, phase: float) -> float:
-        """The same, between known solutions where the phase is none of theirs."""
-        known = self._solutions.get(phase)
-        return self._log_amplitude_of(self._between(phase) if known is None else known)
-
-    def _log_amplitude_of(self, y: Array) -> float:
-        q, _ = self._equations.solution(y)
+        q, _ = self._equations.solution(self._solution(phase))
         return float(np.log(self._equations.output.value(q)))
 
     def _solution(self, phase: float) -> Array:
