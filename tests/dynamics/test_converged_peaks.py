@@ -156,6 +156,15 @@ def test_a_peak_without_the_motion_of_left_out_harmonics_has_no_error_bar(either
     assert "the peak has no error bar" in caplog.text
 
 
+def test_peaks_are_found_without_their_truncation_errors_too(either, converged, caplog):
+    peaks = converge_peaks(*either, left_out=None)
+    for name in ("peak_frequency_converged", "peak_amplitude_converged", "harmonic_peak_frequency"):
+        np.testing.assert_array_equal(peaks[name], converged[name])
+    for what in ("frequency", "amplitude"):
+        assert np.isnan(peaks[f"peak_{what}_truncation_error"]).all()
+    assert not caplog.text
+
+
 def test_the_error_bar_of_a_peak_holds_that_of_many_more_harmonics(either, converged):
     joint, response = either
     found = add_converged_peaks(response, converged)

@@ -136,7 +136,7 @@ def tabulate_larger_basis(
     numbers = response["harmonics"].to_numpy().tolist()
     tried = HarmonicConvergence(tuple(numbers[1:]), _NO_CHANGE, _NO_CHANGE)
     in_larger = solve_response(joint, forces, damping=damping, control=control)
-    in_larger = in_larger.merge(converge_peaks(joint, in_larger, tried))
+    in_larger = in_larger.merge(converge_peaks(joint, in_larger, tried, left_out=None))
     keys, peaks = ["force_N", "harmonics"], ["peak_frequency_Hz", "peak_mm_per_N"]
     own, larger = (
         tabulate_harmonic_peaks(solved).set_index(keys)[peaks] for solved in (response, in_larger)
