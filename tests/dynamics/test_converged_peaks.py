@@ -134,7 +134,10 @@ def test_left_out_harmonics_are_added_a_few_at_a_time_where_all_do_not_converge(
     control = StepControl(tolerance=enough.tolerance, maximum_iterations=4)
     assert not NewtonKrylov(equations, control).solve(y, phase).converged
     found = change_by_left_out_harmonics(*at, replace(enough, iterations=4))
-    assert found == pytest.approx(expected, rel=1e-4)
+    assert found[:2] == pytest.approx(expected[:2], rel=1e-4)
+    # at other phases they are not
+    assert expected.slope > 0
+    assert np.isnan(found.slope)
 
 
 def test_a_peak_is_sought_with_more_harmonics_a_few_at_a_time_where_all_do_not_converge():

@@ -171,7 +171,9 @@ def with_more_harmonics(
     tuple or None
         Motion, frequency [Hz], and the motions at other phases; None where it is not found.
     """
-    search = PeakSearch(tolerance=options.tolerance, iterations=options.iterations)
+    tolerances = {"tolerance": options.tolerance, "iterations": options.iterations}
+    # no solutions between: that would take as long as all before
+    search = PeakSearch(**tolerances, smallest_step=np.pi)
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     highest = Components(motion.components).highest
     added = law.harmonics - highest

@@ -87,8 +87,8 @@ class LocatedPeak(NamedTuple):
     ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
     change of ln w by the phase; ``sharpness``, minus the second derivative of the logarithm of the
     amplitude by the phase: 1 at a linear resonance, less where friction makes the peak flat;
-    ``distance`` by which its phase may be off [rad]; ``amplitude_error``, relative: by that
-    distance, and by roughness.
+    ``distance`` by which its phase may be off [rad]: twice that of vertices, and by roughness;
+    ``amplitude_error``, relative, by both.
     """
 
     frequency: float
@@ -114,14 +114,13 @@ class LocatedPeak(NamedTuple):
         Returns
         -------
         float
-            The error at the phase and that by the phase, as independent of each other, and twice
-            the distance: it is of vertices which converge with the spread, and those of rough
-            amplitudes do not.
+            The error at the phase and that by the phase, as independent of each other, and that by
+            the distance.
         """
         within = np.sqrt(2 * amplitude / self.sharpness)
         moved = np.fmin(within, slope / self.sharpness)
         by_phase = self.frequency_by_phase
-        return float(np.hypot(frequency, by_phase * moved) + 2 * by_phase * self.distance)
+        return float(np.hypot(frequency, by_phase * moved) + by_phase * self.distance)
 
 
 def find_peak(
@@ -242,7 +241,8 @@ class PhaseResonance:
             phase=parabola.vertex,
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
-            distance=distance,
+            # vertices of rough amplitudes do not converge with the spread
+            distance=parabola.distance + distance,
             amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
         )
 
@@ -256,20 +256,11 @@ class PhaseResonance:
         return PeriodicMotion(components, components.rows(q)), w / (2 * np.pi)
 
     def slope_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
-        """Derivative of the change of the amplitude's logarithm by the phase, near one [1/rad].
+        """Derivative of the change of ln amplitude from fewer harmonics by the phase [1/rad].
 
-        Between the farthest phases within one and a half spreads that are known with fewer
-        harmonics; not a number where there is no motion at them with these.
-
-        Parameters
-        ----------
-        fewer
-            Motions with fewer harmonics.
-        phase
-            That of the peak [rad].
+        Between phases beside that of the peak; not a number where a motion is not found.
         """
-        near = fewer._near(phase)
-        sides = np.array([min(near), max(near)])
+        sides = np.array([fewer._beside(phase, -1), fewer._beside(phase, 1)])
         try:
             with_more, without = (
                 np.array([one._log_amplitude(side) for side in sides]) for one in (self, fewer)
@@ -329,6 +320,13 @@ class PhaseResonance:
     def _near(self, phase: float) -> list[float]:
         """The known phases within one and a half spreads of one."""
         return [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
+
+    def _beside(self, phase: float, side: int) -> float:
+        """The nearest known phase on a side of one, but not so near that roughness counts."""
+        # motions farther away take many corrections
+        away = side * (np.array(self._near(phase)) - phase)
+        least, one = self._search.spread / 5, self._search.spread / self._search.narrowing
+        return phase + side * float(min(away[away > least], default=one))
 
     def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
