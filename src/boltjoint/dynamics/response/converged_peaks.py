@@ -92,21 +92,25 @@ def converge_peaks(
         has_peak = np.isfinite(response["peak_frequency"][place])
         if has_peak and (peak := motion_at_peak(response, force)) is not None:
             at = find_converged_peak(joint, *peak, force, damping, options, left_out)
-            if at.sequence.has_more_harmonics and not at.sequence.converged:
-                logger.warning(
-                    "%g N: the peak still changes by more than the tolerances with %d harmonics, "
-                    "the most with which it is found: its error bar is wider",
-                    force,
-                    at.sequence.peaks[-1].harmonics,
-                )
-            is_missing = left_out is not None and np.isnan(at.truncation_error[1])
-            if at.sequence.has_more_harmonics and is_missing:
-                logger.warning(
-                    "%g N: no motion with more harmonics was found near: the peak has no error bar",
-                    force,
-                )
+            if left_out is not None and at.sequence.has_more_harmonics:
+                _warn(at, force)
             peaks[place] = at
     return converged_peaks_to_dataset(peaks, joint.response_mode)
+
+
+def _warn(peak: ConvergedPeak, force: float) -> None:
+    """Say where the error bar of a peak is wide, or missing."""
+    if not peak.sequence.converged:
+        logger.warning(
+            "%g N: the peak still changes by more than the tolerances with %d harmonics, "
+            "the most with which it is found: its error bar is wider",
+            force,
+            peak.sequence.peaks[-1].harmonics,
+        )
+    if np.isnan(peak.truncation_error[1]):
+        logger.warning(
+            "%g N: no motion with more harmonics was found near: the peak has no error bar", force
+        )
 
 
 def find_converged_peak(
