@@ -139,7 +139,7 @@ def change_by_left_out_harmonics(
     if changes[1, 1]:
         # as the amplitudes at all phases
         slope *= largest[1] / changes[1, 1]
-    return LeftOutChange(*map(float, largest), slope=float(slope))
+    return LeftOutChange(float(largest[0]), float(largest[1]), float(slope))
 
 
 def with_more_harmonics(
@@ -171,9 +171,12 @@ def with_more_harmonics(
     tuple or None
         Motion, frequency [Hz], and the motions at other phases; None where it is not found.
     """
-    tolerances = {"tolerance": options.tolerance, "iterations": options.iterations}
-    # no solutions between: that would take as long as all before
-    search = PeakSearch(**tolerances, smallest_step=np.pi)
+    search = PeakSearch(
+        tolerance=options.tolerance,
+        iterations=options.iterations,
+        # without solutions between, which would take as long as all before
+        smallest_step=np.pi,
+    )
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     highest = Components(motion.components).highest
     added = law.harmonics - highest
