@@ -25,6 +25,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
@@ -117,7 +118,7 @@ def change_by_left_out_harmonics(
     mode = balance.joint.response_mode
     before = np.array([peak.frequency, abs(peak.motion.amplitude(mode))])
     motion, frequency = peak.motion, peak.frequency
-    changes, slope = np.zeros((1, 2)), np.nan
+    changes: list[NDArray[np.float64]] = []
     for times in range(2, options.times + 1):
         highest = times * law.harmonics
         samples = max(options.finer * law.samples, 4 * highest)
@@ -130,15 +131,15 @@ def change_by_left_out_harmonics(
             return LeftOutChange()
         motion, frequency, at_phases = found
         after = np.array([frequency, abs(motion.amplitude(mode))])
-        changes = np.vstack([changes, abs(after / before - 1)])
-        if options.safety * changes[-1, 1] >= 1:
+        changes.append(abs(after / before - 1))
+        if options.safety * changes[-1][1] >= 1:
             return LeftOutChange()
         if times == 2:
             slope = abs(at_phases.slope_of_change(resonance, peak.phase))
-    largest = changes.max(axis=0)
-    if changes[1, 1]:
+    largest = np.max(changes, axis=0)
+    if amplitude := changes[0][1]:
         # as the amplitudes at all phases
-        slope *= largest[1] / changes[1, 1]
+        slope *= largest[1] / amplitude
     return LeftOutChange(float(largest[0]), float(largest[1]), float(slope))
 
 

@@ -205,8 +205,7 @@ class PhaseResonance:
         checks.instance("search", search, PeakSearch)
         frequency = checks.number("frequency", frequency, above=0)
         self.balance = balance
-        near = PhaseEquations.near(balance, start, frequency)
-        self._equations, self._start, self._first = near
+        self._equations, self._start, self._first = PhaseEquations.near(balance, start, frequency)
         self._fewer, self._search = fewer, search
         self._solutions: dict[float, Array] = {}
         control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
@@ -225,19 +224,18 @@ class PhaseResonance:
             y = self._solution(parabola.vertex) if narrowed else self._between(parabola.vertex)
         except _NotConverged:
             return None
-        q, w = self._equations.solution(y)
-        components = self._equations.balance.components
+        motion, w = self._motion(y)
         sharpness = max(parabola.sharpness, _FLATTEST)
         # two standard deviations of the vertex, by those of three amplitudes
         moved = np.sqrt(2) * self._roughness(parabola.vertex) / (parabola.spread * sharpness)
         distance = parabola.distance + min(moved, parabola.spread)
-        off = abs(np.log(self._equations.output.value(q)) - parabola.highest)
+        off = abs(self._log_amplitude_of(y) - parabola.highest)
         phases = np.array(sorted(self._solutions))
         values = np.array([self._log_amplitude(one) for one in phases])
         rise = rise_within(distance, parabola.vertex, phases, values)
         return LocatedPeak(
             frequency=w / (2 * np.pi),
-            motion=PeriodicMotion(components, components.rows(q)),
+            motion=motion,
             phase=parabola.vertex,
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
@@ -249,11 +247,10 @@ class PhaseResonance:
     def start(self) -> tuple[PeriodicMotion, float] | None:
         """The motion at the phase of the start, and its frequency [Hz]; None without one."""
         try:
-            q, w = self._equations.solution(self._solution(self._first))
+            motion, w = self._motion(self._solution(self._first))
         except _NotConverged:
             return None
-        components = self.balance.components
-        return PeriodicMotion(components, components.rows(q)), w / (2 * np.pi)
+        return motion, w / (2 * np.pi)
 
     def slope_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
         """Derivative of the change of ln amplitude from fewer harmonics by the phase [1/rad].
@@ -322,16 +319,24 @@ class PhaseResonance:
         return [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
 
     def _beside(self, phase: float, side: int) -> float:
-        """The nearest known phase on a side of one, but not so near that roughness counts."""
-        # motions farther away take many corrections
+        """The nearest known phase on a side of one, as far motions take long, beyond roughness."""
         away = side * (np.array(self._near(phase)) - phase)
         least, one = self._search.spread / 5, self._search.spread / self._search.narrowing
         return phase + side * float(min(away[away > least], default=one))
 
     def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
-        q, _ = self._equations.solution(self._solution(phase))
+        return self._log_amplitude_of(self._solution(phase))
+
+    def _log_amplitude_of(self, y: Array) -> float:
+        q, _ = self._equations.solution(y)
         return float(np.log(self._equations.output.value(q)))
+
+    def _motion(self, y: Array) -> tuple[PeriodicMotion, float]:
+        """Motion and frequency [rad/s] of a solution."""
+        q, w = self._equations.solution(y)
+        components = self.balance.components
+        return PeriodicMotion(components, components.rows(q)), w
 
     def _solution(self, phase: float) -> Array:
         """The solution at a phase."""
@@ -387,12 +392,8 @@ class PhaseResonance:
 
     def _with_fewer(self, fewer: "PhaseResonance", phase: float) -> Array:
         """The unknown of the motion with fewer harmonics at a phase."""
-        equations = fewer._equations
-        q, w = equations.solution(fewer._between(phase))
-        components = equations.balance.components
-        motion = PeriodicMotion(components, components.rows(q))
-        mine = motion.in_components(self._equations.balance.components)
-        return self._equations.unknown(mine.ravel(), w)
+        motion, w = fewer._motion(fewer._between(phase))
+        return self._equations.unknown(motion.in_components(self.balance.components).ravel(), w)
 
 
 class _NotConverged(Exception):
