@@ -19,7 +19,7 @@ from pathlib import Path
 import yaml
 
 from boltjoint import dataset
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
@@ -78,11 +78,11 @@ MESHES = {
 }
 
 
-def configured(name: str) -> Assembly:
+def configured(name: str) -> LapJoint:
     """The assembly with the divisions of a mesh."""
     assembly, divisions = MESHES[name]
     content = yaml.safe_load((ASSEMBLIES / f"{assembly}.yaml").read_text())
-    return Assembly.model_validate({**content, "mesh": {**content["mesh"], **divisions}})
+    return LapJoint.model_validate({**content, "mesh": {**content["mesh"], **divisions}})
 
 
 def stages(name: str, folder: Path) -> dict[str, Callable[[], None]]:

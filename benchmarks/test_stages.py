@@ -8,7 +8,7 @@ from least_work import LOSS_FACTOR
 from study_joints import RESULTS, joint_of
 
 from boltjoint import dataset
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
@@ -29,7 +29,7 @@ CONTACT = {
 
 
 def test_mesh(measure_once):
-    assembly = Assembly.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
+    assembly = LapJoint.model_validate(yaml.safe_load(CONFIG.read_text(encoding="utf-8")))
     measure_once(partial(build_assembly, assembly), kind="stage", stage="mesh")
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.damping import Damping
@@ -67,11 +67,11 @@ class Unseen:
     friction_coefficient: float
     loss_factor: float
 
-    def assembly(self) -> Assembly:
+    def assembly(self) -> LapJoint:
         """The assembly as a file of ``config/assemblies`` describes it."""
         shank, hole, head, head_height, nut_height = BOLTS[self.bolt]
         first = max(4.0, 0.3 * self.cell) + self.cell / 2
-        return Assembly.model_validate(
+        return LapJoint.model_validate(
             {
                 "description": "",
                 "bar": {
@@ -171,7 +171,7 @@ def onset_of_full_slip(joint: Joint, damping: Damping) -> float:
 
 
 def report(
-    name: str, description: Assembly, cases: Mapping[str, tuple[float, ContactCondition]]
+    name: str, description: LapJoint, cases: Mapping[str, tuple[float, ContactCondition]]
 ) -> None:
     """Print the row of each case of an assembly, of a preload [N] and a contact condition."""
     assembly = build_assembly(description)

@@ -15,7 +15,7 @@ from matplotlib.path import Path as Shape
 from mesh_keys_views import Dimension, Place, View, views_of
 from numpy.typing import NDArray
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.strict_yaml import read_mapping
 from boltjoint.report.figures.outlines import closed_shape, long_lines, outline_loops
 from boltjoint.report.figures.style import figure_style
@@ -41,7 +41,7 @@ _TITLE_FONTS = ["DejaVu Sans", "sans-serif"]
 
 def views() -> tuple[View, ...]:
     """The views that are drawn, of assemblies that come with boltjoint."""
-    return views_of(*(Assembly(**read_mapping(ASSEMBLIES / f"{name}.yaml")) for name in DRAWN))
+    return views_of(*(LapJoint(**read_mapping(ASSEMBLIES / f"{name}.yaml")) for name in DRAWN))
 
 
 def picture(drawn: tuple[View, ...]) -> Figure:

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.joint.surface_places import SAME_POINT
 from boltjoint.report.figures.outlines import counter_clockwise, faces_among_nodes
 from boltjoint.report.figures.style import MM
@@ -164,7 +164,7 @@ class View:
     has_lines: bool = True
 
 
-def views_of(assembly: Assembly, with_washers: Assembly) -> tuple[View, View, View, View]:
+def views_of(assembly: LapJoint, with_washers: LapJoint) -> tuple[View, View, View, View]:
     """The views of an assembly: whole, its lap from above, a bolt, and a bolt with washers."""
     mesh, mesh_with_washers = build_assembly(assembly), build_assembly(with_washers)
     section = Cut.across(mesh, "y")
@@ -176,7 +176,7 @@ def views_of(assembly: Assembly, with_washers: Assembly) -> tuple[View, View, Vi
     )
 
 
-def whole_view(assembly: Assembly, cut: Cut) -> View:
+def whole_view(assembly: LapJoint, cut: Cut) -> View:
     """The whole assembly from the side."""
     bar, bolts = assembly.bar, assembly.bolts
     low, lap = -bar.height_mm / 2, bar.free_length_mm[0]
@@ -196,7 +196,7 @@ def whole_view(assembly: Assembly, cut: Cut) -> View:
     )
 
 
-def plan_view(assembly: Assembly, cut: Cut) -> View:
+def plan_view(assembly: LapJoint, cut: Cut) -> View:
     """The contact surface from above, from the start of the lap to the second bolt."""
     bar, half = assembly.bar, assembly.bar.width_mm / 2
     lap = bar.free_length_mm[0]
@@ -252,7 +252,7 @@ def _axes_of_bolts(cut: Cut, start: Place, axes: tuple[float, float]) -> list[Di
     ]
 
 
-def _rings(assembly: Assembly, cut: Cut, axis: float) -> list[Dimension]:
+def _rings(assembly: LapJoint, cut: Cut, axis: float) -> list[Dimension]:
     """Rings of a bolt and its cell in the direction of the bar, with texts below the plan."""
     bolts, mesh = assembly.bolts, assembly.mesh
     core = (mesh.ring_cells_across_width + 1) * (mesh.ring_cells_along_bar + 1)
@@ -271,7 +271,7 @@ def _rings(assembly: Assembly, cut: Cut, axis: float) -> list[Dimension]:
     return dimensions
 
 
-def _diameters(assembly: Assembly, cut: Cut, axis: float, beside: float) -> list[Dimension]:
+def _diameters(assembly: LapJoint, cut: Cut, axis: float, beside: float) -> list[Dimension]:
     """Diameters of a bolt, with texts beside the plan."""
     dimensions = []
     rows = {"head": (38.0, 6.5), "hole": (12.0, 1.5), "shank": (-25.0, -3.5)}
@@ -285,7 +285,7 @@ def _diameters(assembly: Assembly, cut: Cut, axis: float, beside: float) -> list
     return dimensions
 
 
-def bolt_view(assembly: Assembly, cut: Cut) -> View:
+def bolt_view(assembly: LapJoint, cut: Cut) -> View:
     """The start of the lap from the side, with its first bolt."""
     bar, bolts, mesh = assembly.bar, assembly.bolts, assembly.mesh
     lap, half = bar.free_length_mm[0], bar.height_mm / 2
@@ -315,7 +315,7 @@ def bolt_view(assembly: Assembly, cut: Cut) -> View:
     )
 
 
-def washer_view(assembly: Assembly, cut: Cut) -> View:
+def washer_view(assembly: LapJoint, cut: Cut) -> View:
     """The head of a bolt from the side, with a washer under it."""
     bolts, washer = assembly.bolts, assembly.bolts.washer
     if washer is None or washer.hole_diameter_mm is None or not bolts.has_wide_washers:

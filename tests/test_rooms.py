@@ -104,7 +104,7 @@ OF_HALF_LAP = re.compile(r"half_lap|FIRST_BOLT|bar_A|BAR_A|\bclamp|\by = 0(?![.\
 #: its maker and its description, and what names them
 ROOM_OF_HALF_LAP = (
     *("src/boltjoint/structure/makers/half_lap/", "src/boltjoint/config/makers.py"),
-    "src/boltjoint/config/assembly.py",
+    "src/boltjoint/config/lap_joint.py",
 )
 TESTS_OF_HALF_LAP = (
     *("tests/structure/half_lap/", "tests/report/test_figures_half_lap", "tests/test_rooms.py"),

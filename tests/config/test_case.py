@@ -4,10 +4,10 @@ import pytest
 from mutations import ROOT
 from pydantic import ValidationError
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts import conflicts_of_case
 from boltjoint.config.contact import ContactOfSurface
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study
 from boltjoint.config.varied_case import with_values
@@ -248,7 +248,7 @@ def test_preloads_that_cannot_name_a_folder_are_refused(ratios, sentence):
     assert changed(preload_N=10, preload_ratios=ratios[:10]).preload.of_bolts[1] > 0
 
 
-class _TwoSurfaces(Assembly):
+class _TwoSurfaces(LapJoint):
     """An assembly with two surfaces in contact."""
 
     @property

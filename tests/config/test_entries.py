@@ -6,7 +6,7 @@ import pytest
 from mutations import ROOT
 from pydantic import ValidationError
 
-from boltjoint.config.assembly import Bolts, Material
+from boltjoint.config.lap_joint import Bolts, Material
 from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.config.study import load_study

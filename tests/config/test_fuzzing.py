@@ -14,10 +14,10 @@ import warnings
 import pytest
 from fuzzing import BOLTS, FORCE, KINDS, TEXTS, content_of, mutation, write_study
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.distributions import Lognormal
 from boltjoint.config.excitation import PointForces
 from boltjoint.config.gap_map import GapMap
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.strict_yaml import LARGEST_FILE
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
@@ -198,8 +198,8 @@ def failing(*arguments, **options):
     ("where", "line"),
     [
         ((PointForces, "conflicts"), 'config/cases/small.yaml: excitation: {"kind": "forces", '),
-        ((Assembly, "conflicts"), "config/assemblies/two_bolt.yaml: {"),
-        ((Assembly, "conflicts_of_point"), "config/cases/small.yaml: "),
+        ((LapJoint, "conflicts"), "config/assemblies/two_bolt.yaml: {"),
+        ((LapJoint, "conflicts_of_point"), "config/cases/small.yaml: "),
         ((GapMap, "conflicts"), "config/assemblies/mapped.yaml: "),
         ((Lognormal, "quantile"), "config/sweeps/samples.yaml: "),
     ],

@@ -7,8 +7,8 @@ import pytest
 import yaml
 from mutations import ROOT
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.gap_map import TableError, load_gap_map, read_gap_map
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 
@@ -156,7 +156,7 @@ def test_flat_surfaces_have_no_key_of_the_gap():
     flat, hollow = (study.assemblies[name] for name in ("three_bolt", "three_bolt_hollow"))
     assert list(flat.model_dump()["contact"]) == ["penalty_N_per_m3", "friction_coefficient"]
     assert hollow.model_dump()["contact"].pop("gap_um")["flatness_um"] == 5
-    assert Assembly.model_validate(hollow.model_dump()).model_dump() == hollow.model_dump()
+    assert LapJoint.model_validate(hollow.model_dump()).model_dump() == hollow.model_dump()
     assert flat.gap_file is hollow.gap_file is None
     # all else is the same, as is what is compared
     plain = {"exclude": {"contact": {"gap_um"}}}

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 import pytest
 from pydantic import BaseModel
 
-from boltjoint.config.assembly import Assembly, Bar, Mesh
 from boltjoint.config.bolts import Bolts, Washer
+from boltjoint.config.lap_joint import Bar, LapJoint, Mesh
 from boltjoint.config.strict_yaml import read_mapping
 
 ROOT = Path(__file__).parents[2]
@@ -74,7 +74,7 @@ def changed(name, mesh=(), **lengths):
         content[section] |= keys
     if lengths and "washer" in content["bolts"]:
         content["bolts"]["washer"] |= OF_WASHER
-    return Assembly(**content)
+    return LapJoint(**content)
 
 
 def value(assembly, key):

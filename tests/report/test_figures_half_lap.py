@@ -9,7 +9,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_rgb
 from small_study import ASSEMBLY
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.report.figures.style import save_figure
 from boltjoint.structure.makers.half_lap.figures import (
     _VIEW,
@@ -63,7 +63,7 @@ def test_what_is_drawn_of_the_mesh_is_what_is_not_hidden(bolted):
 def test_washers_are_drawn_between_bars_and_heads():
     washer = {"thickness_mm": 1.6, "diameter_mm": 16}
     content = ASSEMBLY | {"bolts": ASSEMBLY["bolts"] | {"washer": washer}}
-    figure = plot_mesh(build_assembly(Assembly.model_validate(content)))
+    figure = plot_mesh(build_assembly(LapJoint.model_validate(content)))
     assert [text.get_text() for text in figure.legends[0].texts] == [*PART_COLOURS]
     hue = {
         name: np.divide(to_rgb(colour), max(to_rgb(colour))).round(6)

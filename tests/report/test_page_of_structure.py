@@ -2,7 +2,7 @@ import numpy as np
 import pandas as pd
 from page_examples import ROOT, figure, repeated_ids, results_of, save, source_of
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 from boltjoint.names import Basis, Preload
 from boltjoint.report.pages.content import anchor_of
@@ -32,11 +32,11 @@ def test_material_of_the_source_stands_beside_its_assemblies():
 def test_washers_and_other_materials_are_told():
     steel = {"youngs_modulus_GPa": 206, "poissons_ratio": 0.3, "density_kg_per_m3": 7850}
     own = load_study(ROOT).assemblies["three_bolt"].model_dump()
-    plain = {"mine": Assembly.model_validate(own)}
+    plain = {"mine": LapJoint.model_validate(own)}
     own["bolts"] |= {"material": steel}
     own["bolts"]["washer"] = {"thickness_mm": 1.6, "diameter_mm": 16, "under": ["nut"]}
     told = []
-    for assemblies in (plain, {"mine": Assembly.model_validate(own)}):
+    for assemblies in (plain, {"mine": LapJoint.model_validate(own)}):
         page = structure_page(assemblies, [], results_of([]), source_of(), ["mine"])
         told.append(figure(page, "dimensions-table").replace("&#39;", "'"))
     assert "washer" not in told[0] and "modulus of the bolts" not in told[0]

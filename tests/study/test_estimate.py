@@ -4,8 +4,8 @@ import pytest
 import yaml
 from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, mesh_of, write
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.described import mesh_size
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 from boltjoint.study import estimate
 
@@ -42,7 +42,7 @@ def study(tmp_path):
 )
 def test_a_mesh_is_counted_as_it_is_built(divisions):
     content = changed(ASSEMBLY, **divisions)
-    configured = Assembly.model_validate(content)
+    configured = LapJoint.model_validate(content)
     built = mesh_of(content).sizes
     assert mesh_size(configured) == (built["node"], built["element"], built["pair"])
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 from boltjoint.study.plausible import implausible
 
@@ -36,7 +36,7 @@ def edited(content, path, value):
 def test_an_assembly_in_another_unit_is_told(path, value, said):
     study = load_study(ROOT)
     content = edited(study.assembly("three_bolt").model_dump(), path.split("."), value)
-    changed = {**study.assemblies, "three_bolt": Assembly.model_validate(content)}
+    changed = {**study.assemblies, "three_bolt": LapJoint.model_validate(content)}
     (line,) = implausible(study.model_copy(update={"assemblies": changed}))
     assert line.startswith(f"config/assemblies/three_bolt.yaml: {path}: ")
     assert said in line and "unusual for a bolted joint" in line

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.case import Case
 from boltjoint.config.deck import Deck
 from boltjoint.config.entries import Entry
 from boltjoint.config.flange import Flange
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.matrices import Matrices
 from boltjoint.config.plates import Plates
 from boltjoint.config.settings import Settings
@@ -23,7 +23,7 @@ Schema = dict[str, Any]
 #: by the name of its file of YAML
 SCHEMAS: dict[str, type[Entry]] = {
     "config": Settings,
-    "assembly": Assembly,
+    "assembly": LapJoint,
     "matrices": Matrices,
     "deck": Deck,
     "plates": Plates,

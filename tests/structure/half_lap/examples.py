@@ -7,7 +7,7 @@ import yaml
 from scipy import sparse
 from scipy.sparse.linalg import eigsh, splu
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elasticity import assemble
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
@@ -65,7 +65,7 @@ FEWEST = {
 
 def coarse_assembly(**mesh):
     """The coarse assembly with other divisions of its mesh."""
-    return Assembly.model_validate({**COARSE, "mesh": {**COARSE["mesh"], **mesh}})
+    return LapJoint.model_validate({**COARSE, "mesh": {**COARSE["mesh"], **mesh}})
 
 
 def freed(assembly):
@@ -76,7 +76,7 @@ def freed(assembly):
 def study_assembly(name):
     """An assembly as the configuration of the study describes it."""
     folder = Path(__file__).parents[3] / "config" / "assemblies"
-    return Assembly.model_validate(yaml.safe_load((folder / f"{name}.yaml").read_text()))
+    return LapJoint.model_validate(yaml.safe_load((folder / f"{name}.yaml").read_text()))
 
 
 def brick_bar(length, width, height, elements):

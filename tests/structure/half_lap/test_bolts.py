@@ -9,8 +9,8 @@ import pytest
 from examples import COARSE, FEWEST, coarse_assembly
 from test_mesh import volume
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.described import mesh_size
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.structure.elasticity import smallest_jacobian
 from boltjoint.structure.makers.half_lap.mesh import FIRST_BOLT, build_assembly
 from boltjoint.structure.makers.half_lap.parts import element_materials
@@ -45,7 +45,7 @@ def bolted(bolts, mesh=None, bars=COARSE["material"], **other):
     """The coarse assembly with other keys of its bolts."""
     content = COARSE | {"material": bars, **other}
     content["bolts"] = COARSE["bolts"] | bolts
-    return Assembly.model_validate(content | {"mesh": COARSE["mesh"] | (mesh or {})})
+    return LapJoint.model_validate(content | {"mesh": COARSE["mesh"] | (mesh or {})})
 
 
 def circle(diameter_mm):

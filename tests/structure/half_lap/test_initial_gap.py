@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import sparse
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.gap_map import GapMap
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.dataset import load, quantity, save
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.structure.contact_equilibrium import contact_force, solve_contact
@@ -29,7 +29,7 @@ LAP, WIDTH = 70e-3, 20e-3
 def with_gap(gap, **mesh):
     """The coarse assembly with a gap between its surfaces."""
     plain = examples.coarse_assembly(**mesh).model_dump()
-    return Assembly.model_validate(plain | {"contact": {"gap_um": gap}})
+    return LapJoint.model_validate(plain | {"contact": {"gap_um": gap}})
 
 
 def with_field(assembly, field):

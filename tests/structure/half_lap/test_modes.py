@@ -6,7 +6,7 @@ from examples import coarse_assembly, study_assembly
 from scipy import sparse
 from scipy.linalg import eigh
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.dataset import save
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.half_lap.families import classify, symmetric_share
@@ -199,7 +199,7 @@ def test_a_slow_structure_is_no_loose_one():
     slender = coarse_assembly().model_dump()
     slender["bar"]["free_length_mm"] = (1000, 1000)
     slender["mesh"]["element_length_free_mm"] = 25
-    found = find_modes(build_assembly(Assembly.model_validate(slender)), "free-2")
+    found = find_modes(build_assembly(LapJoint.model_validate(slender)), "free-2")
     assert 1 < found["natural_frequency"][0] < 5
 
 

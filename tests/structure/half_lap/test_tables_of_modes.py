@@ -3,7 +3,7 @@
 import numpy as np
 from examples import coarse_assembly
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes
 from boltjoint.study.tables.structure import tabulate_families, tabulate_frequencies
@@ -11,7 +11,7 @@ from boltjoint.study.tables.structure import tabulate_families, tabulate_frequen
 
 def test_rigid_body_modes_of_a_free_half_lap_are_counted_alone():
     held = coarse_assembly()
-    free = Assembly.model_validate(held.model_dump() | {"support": "none"})
+    free = LapJoint.model_validate(held.model_dump() | {"support": "none"})
     assembly = build_assembly(free)
     assert assembly.sizes["clamped"] == 0
     modes = {

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from boltjoint.config.assembly import Assembly as Description
+from boltjoint.config.lap_joint import LapJoint as Description
 
 if TYPE_CHECKING:
     import numpy as np

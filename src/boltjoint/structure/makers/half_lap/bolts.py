@@ -9,14 +9,14 @@ from boltjoint.structure.extrusion.bolts import BoltLevels, washer_levels
 from boltjoint.structure.extrusion.cell import CellDivisions
 
 if TYPE_CHECKING:
-    from boltjoint.config.assembly import Assembly
+    from boltjoint.config.lap_joint import LapJoint
 
 Array = NDArray[np.float64]
 
 _MM = 1e-3
 
 
-def divisions_of(assembly: "Assembly") -> CellDivisions:
+def divisions_of(assembly: "LapJoint") -> CellDivisions:
     """Divisions of the cell of a bolt."""
     mesh = assembly.mesh
     return CellDivisions(
@@ -29,13 +29,13 @@ def divisions_of(assembly: "Assembly") -> CellDivisions:
     )
 
 
-def levels_of(assembly: "Assembly") -> tuple[Array, Array]:
+def levels_of(assembly: "LapJoint") -> tuple[Array, Array]:
     """Levels along z of the lower and of the upper half of the height [m]."""
     half, layers = _MM * assembly.bar.height_mm / 2, assembly.mesh.layers_per_half_height
     return np.linspace(-half, 0.0, layers + 1), np.linspace(0.0, half, layers + 1)
 
 
-def bolt_levels(assembly: "Assembly") -> BoltLevels:
+def bolt_levels(assembly: "LapJoint") -> BoltLevels:
     """Levels of nodes along the axis of a bolt [m]."""
     bolts, layers = assembly.bolts, int(assembly.layers_in_washer)
     return BoltLevels.of_stack(

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.display import data_of, figure
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from boltjoint.study.results import Results
 
 
-def _half_laps(contents: Contents) -> dict[str, Assembly]:
+def _half_laps(contents: Contents) -> dict[str, LapJoint]:
     """The half laps of a study by their names."""
     assemblies = contents.study.assemblies.items()
-    return {name: each for name, each in assemblies if isinstance(each, Assembly)}
+    return {name: each for name, each in assemblies if isinstance(each, LapJoint)}
 
 
 def _all(contents: Contents) -> list[dict[str, Any]]:

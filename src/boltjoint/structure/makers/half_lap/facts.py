@@ -1,6 +1,6 @@
 """Dimensions and materials of a half lap, as pages state them."""
 
-from boltjoint.config.assembly import Assembly
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.structure.extrusion.facts import Fact, facts_of_bolts, facts_of_materials
 
 MEANING = (
@@ -9,7 +9,7 @@ MEANING = (
 )
 
 
-def facts_of(assembly: Assembly) -> dict[str, Fact]:
+def facts_of(assembly: LapJoint) -> dict[str, Fact]:
     """What is told of an assembly, by what it is called."""
     bar, bolts = assembly.bar, assembly.bolts
     support = {} if assembly.has_support else {"support": "none: free at both ends"}

@@ -40,8 +40,8 @@ from boltjoint.structure.makers.half_lap.parts import (
 from boltjoint.structure.makers.half_lap.plan import LapPlan, lap_plan
 
 if TYPE_CHECKING:
-    from boltjoint.config.assembly import Assembly
     from boltjoint.config.gap_map import GapMap
+    from boltjoint.config.lap_joint import LapJoint
 
 
 Array = NDArray[np.float64]
@@ -50,7 +50,7 @@ _MM, _UM = 1e-3, 1e-6
 
 
 def initial_gap(
-    assembly: "Assembly", position: Array, gap_map: "GapMap | None" = None
+    assembly: "LapJoint", position: Array, gap_map: "GapMap | None" = None
 ) -> Array | None:
     """Initial gap of contact pairs [m], shape (pairs,); None where surfaces are flat.
 
@@ -96,18 +96,18 @@ def initial_gap(
     return _UM * (field - field.min())
 
 
-def check_described(assembly: "Assembly") -> None:
+def check_described(assembly: "LapJoint") -> None:
     """Refuse what is no description of an assembly."""
     # imported here: jobs that only read an assembly do without
-    from boltjoint.config.assembly import Assembly
+    from boltjoint.config.lap_joint import LapJoint
 
-    checks.instance("assembly", assembly, Assembly)
+    checks.instance("assembly", assembly, LapJoint)
 
 
 logger = logging.getLogger(__name__)
 
 
-def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.Dataset:
+def build_assembly(assembly: "LapJoint", gap_map: "GapMap | None" = None) -> xr.Dataset:
     """Finite-element model of a half-lap assembly, as ``assembly.nc`` holds it.
 
     It has everything the later stages need: mesh, contact pairs, pretension sections, clamped
@@ -193,7 +193,7 @@ def build_assembly(assembly: "Assembly", gap_map: "GapMap | None" = None) -> xr.
     return dataset
 
 
-def _plan_of(assembly: "Assembly") -> LapPlan:
+def _plan_of(assembly: "LapJoint") -> LapPlan:
     """The plan view of the lap of an assembly."""
     bar, mesh = assembly.bar, assembly.mesh
     return lap_plan(
@@ -253,7 +253,7 @@ class _Bars:
     clamped: Labels
 
 
-def _add_bars(blocks: Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
+def _add_bars(blocks: Blocks, assembly: "LapJoint", lap: LapPlan) -> _Bars:
     bar, mesh = assembly.bar, assembly.mesh
     lower, upper = levels_of(assembly)
     full_height = np.concatenate([lower, upper[1:]])
@@ -275,7 +275,7 @@ def _add_bars(blocks: Blocks, assembly: "Assembly", lap: LapPlan) -> _Bars:
     return _Bars(lap_a, lap_b, clamped=free_a[:, : len(y)].ravel())
 
 
-def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict[str, xr.Variable]:
+def _points(assembly: "LapJoint", coordinate: Array, hexahedron: Labels) -> dict[str, xr.Variable]:
     """Node of the bars at the default of the excitation and the output point."""
     candidates, point = np.unique(hexahedron), assembly.default_point
     wanted = _MM * np.array([point.x_mm, point.y_mm, point.z_mm])
@@ -288,7 +288,7 @@ def _points(assembly: "Assembly", coordinate: Array, hexahedron: Labels) -> dict
     return variables
 
 
-def _properties(assembly: "Assembly") -> dict[str, xr.Variable]:
+def _properties(assembly: "LapJoint") -> dict[str, xr.Variable]:
     contact = assembly.contact
     return {
         "hole_clearance": quantity(

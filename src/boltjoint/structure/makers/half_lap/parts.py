@@ -10,7 +10,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantity
 
 if TYPE_CHECKING:
-    from boltjoint.config.assembly import Assembly
+    from boltjoint.config.lap_joint import LapJoint
 
 
 #: parts of the assembly; the bolts follow the bars, and the washers of each bolt all bolts
@@ -38,7 +38,7 @@ def part_kinds(assembly: xr.Dataset) -> list[str]:
     return ["bar A", "bar B", *["bolts"] * bolts, *["washers"] * max(0, washers)]
 
 
-def part_variable(assembly: "Assembly", part: NDArray[np.integer]) -> xr.Variable:
+def part_variable(assembly: "LapJoint", part: NDArray[np.integer]) -> xr.Variable:
     """Part of each element, with the names of all parts."""
     bolts = range(1, len(assembly.bolt_positions_mm) + 1)
     names = ["bar_A", "bar_B", *(f"bolt_{b}" for b in bolts)]
@@ -53,7 +53,7 @@ def part_variable(assembly: "Assembly", part: NDArray[np.integer]) -> xr.Variabl
     return variable
 
 
-def material_variables(assembly: "Assembly") -> dict[str, xr.Variable]:
+def material_variables(assembly: "LapJoint") -> dict[str, xr.Variable]:
     """Material of the bars, and of each part where bolts or washers have another; strengths."""
     bars, bolts, washer = assembly.material, assembly.bolts, assembly.bolts.washer
     count = len(assembly.bolt_positions_mm)

@@ -3,8 +3,8 @@
 import pytest
 from mutations import ROOT
 
-from boltjoint.config.assembly import Assembly
 from boltjoint.config.excitation import Point
+from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 
 
@@ -14,7 +14,7 @@ def test_a_dump_holds_what_results_depend_on():
     longer = assembly.model_copy(update={"bar": assembly.bar.model_copy(update={"lap_mm": 111.0})})
     assert renamed.model_dump() == assembly.model_dump()
     assert longer.model_dump() != assembly.model_dump()
-    assert Assembly.model_validate(longer.model_dump()).bar.lap_mm == 111.0
+    assert LapJoint.model_validate(longer.model_dump()).bar.lap_mm == 111.0
 
 
 def test_keys_that_came_later_are_in_a_dump_where_they_are_given():
@@ -27,10 +27,10 @@ def test_keys_that_came_later_are_in_a_dump_where_they_are_given():
     washer = {"thickness_mm": 1.6, "diameter_mm": 16.0}
     given = shipped | {"bolts": shipped["bolts"] | {"washer": washer}}
     given["mesh"] = shipped["mesh"] | {"layers_in_washer": 2}
-    dump = Assembly.model_validate(given).model_dump()
+    dump = LapJoint.model_validate(given).model_dump()
     assert dump["bolts"]["washer"] == washer | {"under": ("head", "nut")}
     assert dump["mesh"]["layers_in_washer"] == 2
-    assert Assembly.model_validate(dump).model_dump() == dump
+    assert LapJoint.model_validate(dump).model_dump() == dump
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_rings_and_layers_of_washers(washer, mesh, rings, layers):
     shipped = load_study(ROOT).assemblies["three_bolt"].model_dump()
     shipped["bolts"]["washer"] = {"thickness_mm": 1.6, "diameter_mm": 16} | washer
     shipped["mesh"] |= mesh
-    found = Assembly.model_validate(shipped)
+    found = LapJoint.model_validate(shipped)
     assert (found.rings_head_to_washer_edge, found.layers_in_washer) == (rings, layers)
 
 
@@ -62,7 +62,7 @@ def test_contact_pairs_count_the_nodes_of_the_plane(bolts):
     shipped["bolts"]["number"] = bolts
     shipped["bolts"]["pitch_mm"] = None if bolts == 1 else 30.0
     shipped["mesh"] |= {"columns_between_bolt_cells": 3, "columns_at_each_lap_end": 2}
-    assembly = Assembly.model_validate(shipped)
+    assembly = LapJoint.model_validate(shipped)
 
     along, across = 10, 12
     inner_rings = 2 + 6  # the outermost ring of nodes is the edge of the cell

@@ -1,4 +1,7 @@
-"""Assembly: bars, bolts, mesh, material, excitation and output point."""
+"""Half lap of two bars: bars, bolts, mesh, material, excitation and output point.
+
+Its mesh is made in ``structure.makers.half_lap``, of bolts as ``config.bolts`` describes them.
+"""
 
 from collections.abc import Mapping
 from itertools import pairwise
@@ -108,7 +111,7 @@ class StaticContact(EntryWithLaterKeys, TighteningContact):
     file of it, seen from the folder of ``config/``; flat by default. See *Form error*."""
 
 
-class Assembly(Described):
+class LapJoint(Described):
     """Two bars with a half-lap joint, clamped at one end or free, and held by a row of bolts.
 
     x runs along the bars from the clamp, y across the width from the centre line, and z upwards
