@@ -38,7 +38,7 @@ RULES = workflow.current_basedir
 
 def answer():
     """The answer of the study, and the page to open."""
-    from boltjoint.report.pages.headline import answers
+    from boltjoint.report.pages.answer import answers
 
     return answers(study)
 

@@ -11,6 +11,7 @@ from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
+from boltjoint.report.pages.answer import summary
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
 from boltjoint.report.pages.document import (
     Section,
@@ -20,7 +21,7 @@ from boltjoint.report.pages.document import (
     render_page,
     table_with_caption,
 )
-from boltjoint.report.pages.headline import ALL, NOT_TESTED, SOLVED, peaks_of_reference, summary
+from boltjoint.report.pages.peaks import ALL, NOT_TESTED, SOLVED, peaks_of_reference
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust, headline_basis
 from boltjoint.study.results import Results

@@ -11,7 +11,7 @@ from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, Coordinates, JointName
 from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.report.pages.headline import ALL, SOLVED, peaks_of_coordinates, statement_of
+from boltjoint.report.pages.peaks import ALL, SOLVED, peaks_of_coordinates, statement_of
 from boltjoint.study.tables.html import number
 
 

@@ -1,4 +1,7 @@
-"""The page of a case: its joints from node-to-node to a few elements, then tables of them all."""
+"""The page of a case: its answer, its peaks, its responses, then its joints and their tables.
+
+The table of peaks is made by ``pages.peaks``, the sentences above it by ``pages.answer``.
+"""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -11,6 +14,7 @@ from boltjoint.config.settings import Solver
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
+from boltjoint.report.pages.answer import calibration_answer, calibration_section, summary
 from boltjoint.report.pages.case.facts import facts
 from boltjoint.report.pages.case.joints import (
     CaseBasis,
@@ -29,14 +33,8 @@ from boltjoint.report.pages.content import (
     with_fewest_harmonics,
 )
 from boltjoint.report.pages.document import Section, joined, prose, render_page, table_with_caption
-from boltjoint.report.pages.headline import (
-    calibration_answer,
-    calibration_section,
-    error_bars,
-    headline,
-    summary,
-)
 from boltjoint.report.pages.interactive.curves import InteractiveParts
+from boltjoint.report.pages.peaks import error_bars, table_of_peaks
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust
@@ -100,11 +98,11 @@ def case_page(
     first = bases[0].accuracy
     answer = first.frame if first is not None and len(first.frame) else None
     parts = InteractiveParts.of_case(name, case, results)
-    peaks = Markup() if answer is None else headline(name, case, answer, content)
+    of_peaks = Markup() if answer is None else table_of_peaks(name, case, answer, content)
     said = "" if answer is None else summary(name, case, answer, content)
     sections = {
         "measured": ("The fit to the measurement", calibration_section(name, case, content)),
-        "answer": ("Peaks", peaks),
+        "answer": ("Peaks", of_peaks),
         "explore-responses": ("Responses", parts.responses + _still_response(bases[0])),
         "motion": ("Motion at the peaks", bases[0].content.section("motion", basis=bases[0].name)),
         "natural-frequencies": ("Natural frequencies", natural_frequencies(name, case, content)),

@@ -9,7 +9,7 @@ from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.names import REFERENCE, Basis
-from boltjoint.report.pages.headline import (
+from boltjoint.report.pages.peaks import (
     ALL,
     NOT_TESTED,
     SOLVED,

@@ -1,0 +1,187 @@
+"""The answer of a case in sentences, which its pages and the terminal give first.
+
+The peaks it tells are those of ``peaks``, which has their table.
+"""
+
+import posixpath
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+from markupsafe import Markup
+
+from boltjoint.config.case import Case
+from boltjoint.config.conflicts_of_measured import calibrated_joint
+from boltjoint.config.study import Study
+from boltjoint.harmonics import highest_harmonic, in_words
+from boltjoint.names import REFERENCE
+from boltjoint.report.comparison import Comparison
+from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
+from boltjoint.report.pages.content import PageContent
+from boltjoint.report.pages.document import prose
+from boltjoint.report.pages.peaks import (
+    ALL,
+    beyond_limits,
+    is_untested,
+    peaks_in_words,
+    peaks_of_reference,
+)
+from boltjoint.study import layout
+from boltjoint.study.response_list import headline_basis
+from boltjoint.study.results import Results
+
+_TEXT, _TEXT_OF_CASE = prose("peaks"), prose("case")
+
+#: share of the way from sticking to no contact by which slip shows in the natural frequency
+SHOWS = 0.01
+
+
+@dataclass(frozen=True)
+class NonlinearMode:
+    """Landmarks of a backbone.
+
+    Parameters
+    ----------
+    slip_level
+        Excitation level from which slip shows: the natural frequency has left that of the sticking
+        joint by ``SHOWS`` of the way to that without contact; None where it never does, or already
+        at the first state.
+    largest_damping
+        The largest damping ratio.
+    amplitude
+        Amplitude of the output point at that damping [m].
+    level
+        Excitation level whose peak has that amplitude.
+    harmonics
+        Harmonics of its motions.
+    """
+
+    slip_level: float | None
+    largest_damping: float
+    amplitude: float
+    level: float
+    harmonics: int
+
+    @classmethod
+    def of(cls, backbone: xr.Dataset, between: tuple[float, float]) -> "NonlinearMode | None":
+        """The landmarks of ``backbone.nc``; None where it has no states.
+
+        Parameters
+        ----------
+        backbone
+            ``backbone.nc``.
+        between
+            Resonance without contact and while nothing slips [Hz].
+        """
+        frequency = backbone["natural_frequency"].to_numpy()
+        level = backbone["peak_force"].to_numpy()
+        damping = backbone["damping_ratio"].to_numpy()
+        if not frequency.size:
+            return None
+        gone = np.abs(frequency - between[1]) / abs(between[1] - between[0])
+        slips = np.flatnonzero(gone > SHOWS)
+        slip_level = None
+        if slips.size and slips[0] > 0:
+            ends = slice(slips[0] - 1, slips[0] + 1)
+            slip_level = float(np.exp(np.interp(SHOWS, gone[ends], np.log(level[ends]))))
+        most = int(np.argmax(damping))
+        amplitude = float(backbone["response_amplitude"][most])
+        harmonics = highest_harmonic(backbone)
+        return cls(slip_level, float(damping[most]), amplitude, float(level[most]), harmonics)
+
+
+def nonlinear_mode(
+    results: Results, case: str, basis: str, resonance: int, between: tuple[float, float] | None
+) -> NonlinearMode | None:
+    """The landmarks of the node-to-node joint of a case; None where its backbone is not known."""
+    fields = {"case": case, "basis": basis, "joint": REFERENCE[0], "resonance": resonance}
+    if between is None or not results.has("backbone", **fields):
+        return None
+    return NonlinearMode.of(results.dataset("backbone", **fields), between)
+
+
+def calibration_answer(name: str, case: Case, results: Results) -> str:
+    """The answer of a calibration in sentences; empty of a case without one."""
+    if case.measured is None or not results.has("calibration", **calibrated_joint(name, case)):
+        return ""
+    return str(results.dataset("calibration", **calibrated_joint(name, case)).attrs["answer"])
+
+
+def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
+    """Figure and tables of a calibration; empty of a case without one."""
+    if case.measured is None:
+        return Markup()
+    file = layout.path("fitted_case", **calibrated_joint(name, case))
+    here = posixpath.dirname(layout.page(name))
+    return _TEXT_OF_CASE.calibration(posixpath.relpath(file, here), file) + content.section(
+        SECTION_OF_CALIBRATION
+    )
+
+
+def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
+    """Sentence on a case: where it resonates, and its peaks at the ends of its forces.
+
+    Parameters
+    ----------
+    name, case
+        The case.
+    accuracy
+        The table of its accuracy in ``headline_basis``.
+    content
+        Content of a page that has its node-to-node joint, and the backbone where there is one.
+    """
+    basis = headline_basis(case)
+    resonance = case.resonances(basis)[0]
+    peaks = peaks_of_reference(accuracy, resonance)
+    between = content.resonance_range(name, basis, resonance)
+    unit = "m/s²" if case.is_base_excited else "N"
+    sentences = peaks_in_words(peaks, accuracy["complete"], unit)
+    told = sentences, is_untested(peaks), ALL in peaks, beyond_limits(peaks)
+    mode = nonlinear_mode(content.results, name, basis, resonance, between)
+    of_mode = in_words([mode.harmonics]) if mode else ""
+    return _TEXT.summary(resonance, between, *told, unit, mode, of_mode)
+
+
+def answers(study: Study) -> str:
+    """A line for each case whose peaks are known, and the page to open.
+
+    Parameters
+    ----------
+    study
+        Whose files are sought in the working directory.
+    """
+    lines = []
+    for name, case in study.cases.items():
+        if fitted := _fitted(name, case):
+            lines.append(f"{name}: {fitted}")
+        of_basis = {"case": name, "basis": headline_basis(case)}
+        joint = layout.path("joint", **of_basis, joint=REFERENCE[0])
+        table = layout.shown("table", "accuracy", **of_basis)
+        if not (Path(table).exists() and Path(joint).exists()):
+            continue
+        backbone = layout.path(
+            "backbone",
+            **of_basis,
+            joint=REFERENCE[0],
+            resonance=case.resonances(of_basis["basis"])[0],
+        )
+        results = Results([joint, table, *filter(lambda path: Path(path).exists(), [backbone])])
+        accuracy = results.table("accuracy", **of_basis)
+        if len(accuracy):
+            content = PageContent([], results, Comparison())
+            said = " ".join(summary(name, case, accuracy, content).striptags().split())
+            lines.append(f"{name} ({of_basis['basis']}): {said}")
+    if Path(layout.OVERVIEW).exists():
+        lines.append(f"Open {layout.OVERVIEW}")
+    return "\n".join(lines)
+
+
+def _fitted(name: str, case: Case) -> str:
+    """The answer of the calibration of a case, where it has been made."""
+    if case.measured is None:
+        return ""
+    fields = calibrated_joint(name, case)
+    path = layout.path("calibration", **fields)
+    return calibration_answer(name, case, Results([path])) if Path(path).exists() else ""
