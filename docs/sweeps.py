@@ -11,12 +11,9 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.study.sweeps import SweepError, error_of_sweep, peak_variable
-from boltjoint.study.tables.sweeps import (
-    tabulate_sensitivity,
-    tabulate_statistics,
-    values_of_keys,
-)
+from boltjoint.study.solved_designs import SweepError, error_of_sweep, peak_variable
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
+from boltjoint.study.tables.sweeps import tabulate_statistics, values_of_keys
 
 RESULTS = Path(__file__).parents[1] / "results"
 MM = 1e3

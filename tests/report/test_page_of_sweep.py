@@ -20,7 +20,7 @@ from boltjoint.report.pages.sweep.page import (
     tabulate_failures,
 )
 from boltjoint.study.tables import html
-from boltjoint.study.tables.sweeps import tabulate_sensitivity
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 
 KINDS = ("grid", "latin-hypercube", "sobol", "saltelli", "table")
 

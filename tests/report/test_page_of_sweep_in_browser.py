@@ -5,7 +5,7 @@ from browsing import errors, requests, wait_for
 from sweep_examples import content_of, sweep_of
 
 from boltjoint.report.pages.sweep.page import sweep_page
-from boltjoint.study.tables.sweeps import tabulate_sensitivity
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 
 pytestmark = pytest.mark.report
 

@@ -19,7 +19,7 @@ from boltjoint.reproduction.case_studies import name_case_studies, name_tables, 
 from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.tables import accuracy, backbones, html, meshes, peaks, sweeps
+from boltjoint.study.tables import accuracy, backbones, html, meshes, peaks, sobol_indices, sweeps
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
@@ -125,7 +125,7 @@ CALLS = {
     "values_of": (values_of, {"designs": DESIGNS}),
     "tabulate_statistics": (sweeps.tabulate_statistics, {"sweep": SWEEP}),
     "tabulate_extremes": (sweeps.tabulate_extremes, {"sweep": SWEEP}),
-    "tabulate_sensitivity": (sweeps.tabulate_sensitivity, {"sweep": SWEEP}),
+    "tabulate_sensitivity": (sobol_indices.tabulate_sensitivity, {"sweep": SWEEP}),
     "response_quantiles": (sweeps.response_quantiles, {"sweep": SWEEP, "shares": [0.1, 0.5]}),
     "backbone_quantiles": (
         sweeps.backbone_quantiles,

@@ -7,11 +7,8 @@ import xarray as xr
 from boltjoint.config.distributions import Linear
 from boltjoint.config.sweep import Saltelli, exchanged
 from boltjoint.study.designs import list_designs
-from boltjoint.study.tables.sweeps import (
-    tabulate_extremes,
-    tabulate_sensitivity,
-    tabulate_statistics,
-)
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
+from boltjoint.study.tables.sweeps import tabulate_extremes, tabulate_statistics
 
 #: of the Ishigami function with a = 7 and b = 0.1
 FIRST_ORDER, TOTAL = (0.3139, 0.4424, 0.0), (0.5576, 0.4424, 0.2437)

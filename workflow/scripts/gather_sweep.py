@@ -2,7 +2,7 @@
 
 from boltjoint import dataset
 from boltjoint.provenance import logs
-from boltjoint.study.sweeps import gather_sweep
+from boltjoint.study.solved_designs import gather_sweep
 
 logs.write_to(snakemake.log[0])
 params, designs = snakemake.params, dataset.load(snakemake.input.designs)

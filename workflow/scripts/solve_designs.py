@@ -10,7 +10,7 @@ from boltjoint.joint.io import ImpossibleJoint, joint_from_dataset
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study.designs import SweptJoint
-from boltjoint.study.sweeps import check_designs, solve_designs
+from boltjoint.study.solved_designs import check_designs, solve_designs
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)

@@ -120,7 +120,7 @@ def common_window(
     Parameters
     ----------
     variants, designs
-        As for ``sweeps.solve_designs``.
+        As for ``solved_designs.solve_designs``.
 
     Raises
     ------
@@ -172,7 +172,7 @@ def common_amplitudes(
     Parameters
     ----------
     variants, designs
-        As for ``sweeps.solve_designs``.
+        As for ``solved_designs.solve_designs``.
 
     Raises
     ------

@@ -196,7 +196,7 @@ def sweep_extremes(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 )
 def sweep_sensitivity(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Sobol indices of the peaks."""
-    from boltjoint.study.tables.sweeps import tabulate_sensitivity
+    from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 
     return tabulate_sensitivity(results.dataset("sweep", sweep=artefact.sweep))
 

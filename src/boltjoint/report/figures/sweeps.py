@@ -19,7 +19,7 @@ from boltjoint.report.figures.style import (
     label_decades,
     level_colours,
 )
-from boltjoint.study.sweeps import peak_variable
+from boltjoint.study.solved_designs import peak_variable
 from boltjoint.study.tables.html import number
 from boltjoint.study.tables.sweeps import (
     backbone_quantiles,

@@ -25,14 +25,10 @@ from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.structure.limits import LIMITS
 from boltjoint.study import layout
 from boltjoint.study.results import Results
-from boltjoint.study.sweeps import error_of_sweep, peak_variable
+from boltjoint.study.solved_designs import error_of_sweep, peak_variable
 from boltjoint.study.tables.html import html_table, number
-from boltjoint.study.tables.sweeps import (
-    drawn_designs,
-    response_quantiles,
-    tabulate_sensitivity,
-    values_of_keys,
-)
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
+from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys
 
 Array = NDArray[np.float64]
 

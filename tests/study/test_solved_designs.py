@@ -26,8 +26,14 @@ from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
 from boltjoint.structure.limits import DISPLACEMENT, LIMITS, STRESS
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
-from boltjoint.study.sweeps import check_designs, error_of_sweep, gather_sweep, solve_designs
-from boltjoint.study.tables.sweeps import tabulate_sensitivity, tabulate_statistics
+from boltjoint.study.solved_designs import (
+    check_designs,
+    error_of_sweep,
+    gather_sweep,
+    solve_designs,
+)
+from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
+from boltjoint.study.tables.sweeps import tabulate_statistics
 
 #: of the peaks with all harmonics
 CONVERGED = (

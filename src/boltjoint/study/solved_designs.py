@@ -40,7 +40,7 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
     solved
         Peaks of all designs, by ``design`` and ``force``.
     check
-        As from ``sweeps.check_designs``.
+        As from ``check_designs``.
 
     Returns
     -------
