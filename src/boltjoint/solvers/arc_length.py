@@ -15,7 +15,13 @@ from functools import partial
 
 import numpy as np
 
-from boltjoint.solvers.corners import CORNER_STEP, Alternative, continuations, is_same_exit
+from boltjoint.solvers.corners import (
+    CORNER_STEP,
+    TURNING_STEP,
+    Alternative,
+    continuations,
+    is_same_exit,
+)
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
 from boltjoint.solvers.equations import (
     Equations,
@@ -31,10 +37,6 @@ from boltjoint.solvers.tracer import Tracer
 
 Prediction = Callable[[Predictor, float], Vector | None]
 """Weighted offset of a predicted solution from the last one, at about a distance; None without."""
-
-#: a step that turns the branch by more than a right angle is repeated at half the length, unless it
-#: is as short as this: then the branch has a corner there; peaks are the same with half or twice
-CORNER = 1e-3
 
 #: solutions on other continuations from corners of a complete branch, or as many as it has
 _MOST_OTHERS = 300
@@ -180,7 +182,7 @@ class CornerTracer(Tracer):
         control, updated = self.control, False
         # at least one length is below each limit, whatever the smallest step
         corner, corner_step = (
-            max(length, 2 * control.smallest_step) for length in (CORNER, CORNER_STEP)
+            max(length, 2 * control.smallest_step) for length in (TURNING_STEP, CORNER_STEP)
         )
         while self.step_length >= control.smallest_step:
             step = self._correct()

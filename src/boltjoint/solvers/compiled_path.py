@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.compiled import call, kept_loop, loop
-from boltjoint.solvers.arc_length import CORNER
 from boltjoint.solvers.compiled_linear import Matrix, Vector, Work, copy_to, make_work, norm
 from boltjoint.solvers.compiled_steps import (
     ORIENTATION,
@@ -30,7 +29,7 @@ from boltjoint.solvers.compiled_steps import (
     scale_at,
     size_of,
 )
-from boltjoint.solvers.corners import CORNER_STEP
+from boltjoint.solvers.corners import CORNER_STEP, TURNING_STEP
 from boltjoint.solvers.equations import Solution, SolutionBranch
 
 #: solutions for which there is room at first
@@ -161,7 +160,7 @@ def _advance(
 
     Iterations of the solution ``work.x``, -1 without one, and the length.
     """
-    corner = max(CORNER, 2 * limits.smallest_step)
+    corner = max(TURNING_STEP, 2 * limits.smallest_step)
     corner_step = max(CORNER_STEP, 2 * limits.smallest_step)
     size, scale, n = here.numbers[SIZE], here.numbers[SCALE], here.x.size
     updated = False
