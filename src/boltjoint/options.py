@@ -13,6 +13,10 @@ from operator import methodcaller
 
 from boltjoint import checks
 
+#: highest harmonics with which a peak is sought until further ones change nothing: descriptions of
+#: keys in ``config`` and ``docs/theory.md`` tell them
+CONVERGING = (3, 9, 17, 33)
+
 
 @dataclass(frozen=True)
 class Options:

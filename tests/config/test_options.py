@@ -6,10 +6,12 @@ import pytest
 from pydantic import ValidationError
 
 from boltjoint.config.settings import Fitting, Solver
+from boltjoint.config.sweep import Sweep
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
+from boltjoint.options import CONVERGING
 from boltjoint.solvers.equations import StepControl
 from boltjoint.study import estimated_jobs
 from boltjoint.verification.multi_harmonic import tabulate_steady_states
@@ -34,7 +36,11 @@ def test_defaults_are_those_of_the_library():
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
-    assert max(HarmonicConvergence().harmonics) == estimated_jobs.MOST_CHOSEN
+    *fewer, most = CONVERGING
+    told = Solver.model_fields["harmonics"].description
+    assert f"up to {most}:" in told
+    told = Sweep.model_fields["harmonics"].description
+    assert f"of {', '.join(map(str, fewer))} and {most}." in told
     assert LeftOutHarmonics().times == estimated_jobs.LEFT_OUT
     harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
     assert max(harmonics) == estimated_jobs.MANY_ENRICHED

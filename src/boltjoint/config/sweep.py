@@ -23,6 +23,7 @@ from boltjoint.config.types import (
     Problems,
     Several,
 )
+from boltjoint.options import CONVERGING
 
 #: more designs than any sweep has: their parameters alone fill the memory
 MOST_DESIGNS = 10_000_000
@@ -145,7 +146,7 @@ class Sweep(Entry):
     the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
     peak; ``backbone``, natural frequency and damping ratio over the amplitude of the output
     point."""
-    harmonics: Annotated[int, Field(strict=True, ge=3), INTEGRAL] = 33
+    harmonics: Annotated[int, Field(strict=True, ge=3), INTEGRAL] = CONVERGING[-1]
     """Highest harmonic with which ``converged-peaks`` are sought, of 3, 9, 17 and 33. Fewer take
     less time, and ``check`` tells what they leave out."""
     frequencies: Count = 400
@@ -207,7 +208,7 @@ class Sweep(Entry):
 
     @property
     def observed(self) -> dict[str, Any]:
-        """What ``study.sweeps.solve_designs`` keeps of each design."""
+        """What ``study.solved_designs.solve_designs`` keeps of each design."""
         return {
             "frequencies": self.frequencies if "responses" in self.observe else None,
             "amplitudes": self.amplitudes if "backbone" in self.observe else None,

@@ -35,6 +35,7 @@ from boltjoint.config.types import (
     refusing_exceptions,
 )
 from boltjoint.names import Basis, JointName
+from boltjoint.options import CONVERGING
 from boltjoint.study.artefact_list import Contents
 
 _NUMBER = 8
@@ -55,7 +56,7 @@ _TANGENTS, _JACOBIANS = 3, 4
 #: numbers of each sample of each contact point and direction that AFT holds
 _SAMPLED = 6
 #: harmonics where a study leaves their number open
-MOST_CHOSEN = 33
+MOST_CHOSEN = CONVERGING[-1]
 #: times the harmonics of a peak with which its truncation error is found, at most
 LEFT_OUT = 3
 #: most harmonics at the peaks that are integrated in time: of free modes, and of enriched bases

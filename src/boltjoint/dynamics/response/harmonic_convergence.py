@@ -22,7 +22,7 @@ from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch,
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
-from boltjoint.options import Options
+from boltjoint.options import CONVERGING, Options
 
 logger = logging.getLogger(__name__)
 
@@ -51,7 +51,7 @@ class HarmonicConvergence(Options):
         If the harmonics do not ascend, or a number is not positive.
     """
 
-    harmonics: tuple[int, ...] = (3, 9, 17, 33)
+    harmonics: tuple[int, ...] = CONVERGING
     amplitude_tolerance: float = 5e-3
     frequency_tolerance: float = 5e-4
     samples: int = 256
