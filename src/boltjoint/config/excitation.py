@@ -1,4 +1,7 @@
-"""Excitation of a case, by points, a surface or the supports, and points of the structure."""
+"""Excitation of a case, by points, a surface or the supports, and points of the structure.
+
+``structure.excitation`` places each kind in the modes of a structure.
+"""
 
 from typing import Annotated, Literal
 

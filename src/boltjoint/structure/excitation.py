@@ -1,6 +1,8 @@
 """Modes at the excitation and the sensors of a case, from the modes of its structure.
 
-Mesh, modes and preload know neither: a moved shaker or sensor needs only the modes again.
+Mesh, modes and preload know neither: a moved shaker or sensor needs only the modes again. Kinds of
+excitation are described in ``config.excitation``. The levels, forces or accelerations, are the same
+at all frequencies; ``HarmonicBalance.modal_force`` multiplies them in.
 """
 
 from collections.abc import Callable, Sequence

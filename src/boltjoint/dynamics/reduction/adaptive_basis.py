@@ -247,7 +247,8 @@ def _adapted(
     else:
         logger.warning(
             "errors of a contact-adapted basis may be larger than estimated: its "
-            "residuals are not within the tolerances after %d adaptations",
+            "residuals are not within the tolerances after %d adaptations "
+            "(contact_adapted_basis: adaptations, maximum_vectors, resonances)",
             options.adaptations,
         )
     return basis
