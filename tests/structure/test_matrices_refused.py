@@ -174,7 +174,7 @@ def test_a_matrix_is_bounded_before_it_is_read(tmp_path, monkeypatch):
     with h5py.File(tmp_path / "large.mat", "w") as file:
         file.create_dataset("K", (10**6, 10**6), chunks=(100, 100), dtype="f8")
     assert "K declares more numbers than its file can hold" in refusal(
-        {**SMALL, "file": "large.mat"}, tmp_path
+        {**SMALL, "file": "large.mat", "numbered_from": 0}, tmp_path
     )
     (tmp_path / "K.mtx").write_text(MARKET)
     files = {"files": [{"variable": "K", "file": "K.mtx"}]}
@@ -187,7 +187,7 @@ def test_a_matrix_is_bounded_before_it_is_read(tmp_path, monkeypatch):
 def test_damaged_files_are_one_line(form, tmp_path):
     """Cut at every tenth of their length, of other content, and with two bytes that are others."""
     variables = {name: np.asarray(value) for name, value in blocks().items()}
-    changes = {}
+    changes = {"numbered_from": 0}
     if form == "npz":
         np.savez(tmp_path / "joint.npz", **variables)
     elif form == "mat 5":
@@ -231,7 +231,7 @@ def test_kinds_of_matlab_that_are_no_matrices_are_told(tmp_path):
         ("joint.mat", "M", "M is of class char"),
         ("new.mat", "settings", "settings is a structure"),
     ):
-        keys = {**SMALL, "file": file, "stiffness": stiffness}
+        keys = {**SMALL, "file": file, "stiffness": stiffness, "numbered_from": 0}
         assert sentence in refusal(keys, tmp_path)
     with h5py.File(tmp_path / "new.mat", "a") as file:
         file["Z"] = np.zeros((2, 2), complex)
@@ -244,7 +244,7 @@ def test_kinds_of_matlab_that_are_no_matrices_are_told(tmp_path):
         ("T", "T is of class char"),
         ("E", "is empty"),
     ):
-        keys = {**SMALL, "file": "new.mat", "stiffness": name}
+        keys = {**SMALL, "file": "new.mat", "stiffness": name, "numbered_from": 0}
         assert sentence in refusal(keys, tmp_path)
 
 
@@ -276,6 +276,9 @@ def modal(modes=None, **contact):
         ("bolts", "twice", {"bolts": 2 * [{"name": "one", "load": "F"}]}),
         ("bolts", "numbered_from: 1",
          {"bolts": [{"name": "one", "locked": 0}], "numbered_from": 1}),
+        ("numbered_from", "1 if locked counts as in MATLAB, 0 if as in Python; K.mat does not tell",
+         {"bolts": [{"name": "one", "locked": 3}], "files": [{"variable": "K", "file": "K.mat"}]}),
+        ("numbered_from", "is missing: 1 if side_a counts", {"file": "joint.mat"}),
         ("inputs", "must be the only one of dof, row and node", {"inputs": [{"name": "shaker"}]}),
         ("mass", "must be a name", {"mass": "M 2"}),
         ("mass", "with modes, which stand in its place", {**modal(), "mass": "MM"}),

@@ -167,7 +167,7 @@ class Reader:
 
     def numbers(self, variable: str, shape: tuple[int, ...], count: int) -> NDArray[np.int64]:
         """Numbers of ``count`` things, from 0 whatever the first one is in the file."""
-        first, place = self._described.numbered_from, self.place(variable)
+        first, place = self._described.first_number, self.place(variable)
         values = checks.array(place, self._plain(variable, shape), shape)
         wrong = values[(values != np.round(values)) | (values < first) | (values >= first + count)]
         if wrong.size:
@@ -195,7 +195,7 @@ class Reader:
             raise ValueError(f"{place} has shape {size.shape}: no dimension has length {length}")
         matrix = self.matrix(variable, size.shape)
         columns = matrix if size.shape[0] == length else matrix.T
-        first, count = self._described.numbered_from, columns.shape[1]
+        first, count = self._described.first_number, columns.shape[1]
         if number is None or not first <= number < first + count:
             wrong = "" if number is None else f", not {number}"
             raise ValueError(

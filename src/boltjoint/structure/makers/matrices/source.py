@@ -43,7 +43,7 @@ class Source:
 
     def dof(self, what: str, number: int | None) -> int:
         """A degree of freedom from 0, of its number."""
-        first = self.described.numbered_from
+        first = self.described.first_number
         if number is None or not first <= number < first + self.dofs:
             raise ValueError(
                 f"{self.reader.place(self.holder)} has degrees of freedom from {first} to "

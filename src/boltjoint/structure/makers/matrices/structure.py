@@ -130,7 +130,7 @@ def _contact(source: Source, points: int, metre: float) -> ContactPoints:
 
 def _normal_load(name: str, gap: Array, source: Source) -> Array:
     """Normal loads of the points [N], of which none has a gap too."""
-    reader, first = source.reader, source.described.numbered_from
+    reader, first = source.reader, source.described.first_number
     load = reader.array(name, gap.shape, at_least=0)
     if not load.any():
         raise ValueError(f"{reader.place(name)} is zero: nothing is pressed together")
@@ -156,7 +156,7 @@ def _frames(described: Matrices, reader: Reader, number: NDArray[np.int64]) -> A
         products = np.einsum("pij,pkj->pik", frame, frame)
         wrong = abs(products - np.eye(DIRECTIONS)).max(axis=(1, 2)) > _ROUNDING
         if wrong.any():
-            point = int(np.argmax(wrong)) + described.numbered_from
+            point = int(np.argmax(wrong)) + described.first_number
             raise ValueError(
                 f"{reader.place(contact.frame)}: directions of point {point} are not orthonormal"
             )
@@ -189,7 +189,7 @@ def _relative(source: Source, frame: Array) -> sparse.csr_array:
     empty = np.flatnonzero(abs(relative).sum(axis=1) == 0)
     # modes may all leave a point at rest
     if empty.size and described.modes is None:
-        point = int(empty[0]) // DIRECTIONS + described.numbered_from
+        point = int(empty[0]) // DIRECTIONS + described.first_number
         raise ValueError(
             f"{reader.place(name)}: point {point} has a direction in which no degree of freedom "
             "moves it"
@@ -209,7 +209,7 @@ def _sides(source: Source, points: int) -> list[NDArray[np.int64]]:
             sides.append(reader.numbers(side, (points, DIRECTIONS), source.dofs))
     if same := np.flatnonzero(np.any(sides[0] == sides[1], axis=1)).tolist():
         raise ValueError(
-            f"{reader.place(str(contact.side_b))}: pair {same[0] + described.numbered_from} has a "
+            f"{reader.place(str(contact.side_b))}: pair {same[0] + described.first_number} has a "
             f"degree of freedom that {contact.side_a} has too: a node cannot meet itself"
         )
     return sides
@@ -267,7 +267,7 @@ def _check_diagonals(
     described: Matrices, reader: Reader, K: sparse.csc_array, M: sparse.csc_array
 ) -> None:
     """Refuse degrees of freedom without stiffness and mass, and matrices that are not positive."""
-    first = described.numbered_from
+    first = described.first_number
     for name, matrix in ((described.stiffness, K), (described.mass, M)):
         diagonal, largest = matrix.diagonal(), abs(matrix).max(axis=0).toarray().ravel()
         if (wrong := np.flatnonzero(diagonal < 0)).size:
