@@ -164,3 +164,20 @@ def test_a_dry_run_lists_its_jobs_as_snakemake_does(terminal):
     attach(logger, is_dry=True)
     logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
     assert stream.getvalue() == "Job stats:\njob count\n"
+
+
+def test_a_dry_run_of_the_command_lists_its_jobs_in_words(terminal):
+    logger, stream = terminal
+    progress = Progress(lambda: "", estimate.seconds_of_runtime, is_dry=True, has_words=True)
+    progress.attach(logger)
+    logger.info("Building DAG of jobs...")
+    logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})
+    begin(logger, 1, "apply_preload", assembly="beam", preload_N="5000")
+    begin(logger, 2, "all")
+    logger.info("Reasons:\n    (check individual jobs above for details)")
+    logger.info("This was a dry-run (flag -n). The order of jobs is another.")
+    logger.warning("a preload strains the shanks")
+    assert stream.getvalue().splitlines() == [
+        "would compute: preload (beam, 5000)",
+        "a preload strains the shanks",
+    ]

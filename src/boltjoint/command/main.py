@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from boltjoint import __version__, checks
 from boltjoint.names import NAME
 from boltjoint.study.layout import OVERVIEW
+from boltjoint.study.progress import JOBS_IN_WORDS
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
@@ -65,8 +66,6 @@ _FILES = {
     "case.yaml": "config/cases/{name}.yaml",
     "sweep.yaml": "config/sweeps/{name}.yaml",
 }
-
-_DRY_RUN = {"-n", "--dry-run", "--dryrun"}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -181,10 +180,13 @@ def _run(options: argparse.Namespace) -> int:
     command += ["--workflow-profile", str(profile)]
     command += ["--directory", str(options.folder), "--cores", str(options.cores)]
     command += options.further
-    if _DRY_RUN & set(options.further):
-        # its table of jobs is what was asked for
-        return subprocess.run(command, check=False).returncode
-    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, errors="replace")
+    running = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        env={**os.environ, JOBS_IN_WORDS: "1"},
+    )
     try:
         for line in without_usage(running.stderr or ()):
             print(line, file=sys.stderr, flush=True)

@@ -46,16 +46,22 @@ _TRUST = 0.3
 _OF_SNAKEMAKE = re.compile(
     r"$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using |Provided "
     r"|Rules claiming|Conda env|Loading script|Elapsed time|Complete log"
+    r"|Reasons:|Rules with provenance|Some jobs were triggered|This was a dry-run"
     r"|Exiting because a job|Removing output files of failed job|Shutting down|WorkflowError:\nAt "
 )
 #: that a command failed, and how it ended
 _STATUS = re.compile(r"^RuleException:\s+CalledProcessError.*\b((?:returned|died) .*)", re.DOTALL)
 #: events of Snakemake that tell a user nothing
 _UNTOLD = ("run_info", "workflow_started", "resources_info", "job_started")
+#: what it lists of a dry run, and the rule that computes nothing
+_OF_DRY_RUN, _ALL = ("run_info", "dryrun"), "all"
 #: where in a Snakefile a configuration was refused
 _FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", line \d+, in .*')
 
 _UP_TO_DATE = "Nothing to be done"
+
+#: variable of the environment by which the command asks for ``has_words``
+JOBS_IN_WORDS = "BOLTJOINT_JOBS_IN_WORDS"
 
 
 class _Job(NamedTuple):
@@ -75,7 +81,9 @@ class Progress(logging.Formatter):
     seconds
         Gives the processor time of a job [s] by its ``runtime`` [min].
     is_dry
-        Whether jobs are listed only.
+        Whether jobs are listed only, as Snakemake does.
+    has_words
+        Whether they are listed in words instead, a line each.
     """
 
     def __init__(
@@ -83,10 +91,12 @@ class Progress(logging.Formatter):
         answer: Callable[[], str],
         seconds: Callable[[float], float],
         is_dry: bool = False,
+        has_words: bool = False,
     ) -> None:
         super().__init__()
         self._usual = logging.Formatter()
         self._answer, self._seconds, self._is_dry = answer, seconds, is_dry
+        self._has_words = has_words
         self._jobs: dict[int, _Job] = {}
         self._failed: dict[int, _Job] = {}
         self._ended: _Job | None = None
@@ -120,7 +130,9 @@ class Progress(logging.Formatter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record of Snakemake is told."""
         event, told = _event(record), vars(record)
-        if self._is_dry:
+        if self._is_dry and self._has_words and event in ("job_info", *_OF_DRY_RUN):
+            return event == "job_info" and told["rule_name"] != _ALL
+        if self._is_dry and not self._has_words:
             return True
         if event == "job_info":
             job = self._note(record)
@@ -158,6 +170,8 @@ class Progress(logging.Formatter):
     def format(self, record: logging.LogRecord) -> str:
         """The line or lines of a record."""
         event, told = _event(record), vars(record)
+        if self._is_dry and self._has_words and event == "job_info":
+            return f"would compute: {self._note(record).words}"
         if not self._is_dry:
             if event == "job_info":
                 job = self._jobs[told["jobid"]]
