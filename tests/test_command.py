@@ -183,8 +183,8 @@ def copy_machine_code(package, environment):
 
 def check_exports(folder):
     """Files for other programs hold what the results do."""
-    of_response = "mine_enriched-24_node-to-node_linear_resonance=1"
-    path = "results/cases/mine/enriched-24/node-to-node/linear/resonance=1/response.nc"
+    of_response = "mine_enriched-40_node-to-node_linear_resonance=1"
+    path = "results/cases/mine/enriched-40/node-to-node/linear/resonance=1/response.nc"
     response = dataset.load(folder / path)
     to = folder / "export"
     written = export_responses(folder, to)

@@ -14,6 +14,7 @@ from snakemake.cli import get_argument_parser
 from boltjoint.command.main import _parser
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
+from boltjoint.friction.declarations import GROUP
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.study.artefact_list import Contents
 
@@ -31,7 +32,7 @@ OWN = {"mine"}
 #: programs of others, of which only the name is in question
 OTHERS = {"module", "cd", ".", "git", "pre-commit", "sp-repo-review", "snakedeploy", "cp", "sed"}
 #: languages of fenced blocks: each has tests, or holds no example
-LANGUAGES = {"sh", "text", "yaml", "python"}
+LANGUAGES = {"sh", "text", "yaml", "python", "toml"}
 
 
 def check_boltjoint(words):
@@ -197,6 +198,11 @@ def test_every_block_tells_its_language():
         for place, language in told.items()
         if language not in LANGUAGES and not language.startswith("{")
     }
+
+
+def test_entry_points_are_of_groups_that_are_read():
+    (block,) = blocks("toml")
+    assert set(tomllib.loads(block.text)["project"]["entry-points"]) == {GROUP}
 
 
 def test_a_case_is_copied_and_changed_as_told(tmp_path):

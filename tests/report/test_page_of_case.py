@@ -128,8 +128,8 @@ def test_a_stiffness_per_area_is_told_as_such(artefacts, page):
     }
     facts = figure(write(artefacts, contact=contact), "case-table")
     assert "lap: friction coefficient 0.3" in facts
-    assert "lap: normal stiffness per area (N/mm³) 10000" in facts
-    assert "tangential stiffness per area (N/mm³) 68000 not given friction" in facts
+    assert "lap: normal stiffness per area (N/m³) 1 × 10¹³" in facts
+    assert "tangential stiffness per area (N/m³) 6.8 × 10¹³ not given friction" in facts
     assert "normal stiffness of a pair (kN/mm) 50" in facts
 
 

@@ -257,4 +257,4 @@ def test_the_overview_has_a_picture_and_a_response_of_each_case(finished):
         assert page.count(f'id="{anchor}"') == 1
     lead = " ".join(re.sub("<.*?>", " ", page.split("</header>")[0]).split())
     assert "Damping is largest near" in lead
-    assert re.search(r"Slip shows from [\d.]+ N on", lead)
+    assert re.search(r"Slip shows from about [\d.]+ N on", lead)

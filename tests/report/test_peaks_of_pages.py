@@ -9,10 +9,13 @@ from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.names import REFERENCE, Basis
+from boltjoint.report.pages.document import prose
 from boltjoint.report.pages.peaks import (
     ALL,
+    LARGE_BASIS_ERROR,
     NOT_TESTED,
     SOLVED,
+    basis_error,
     peak_in_words,
     peaks_of_coordinates,
     peaks_of_reference,
@@ -46,6 +49,15 @@ def test_a_peak_has_its_bar_and_the_unit_of_its_excitation(unit, per):
     assert peak_in_words(peaks.iloc[1], unit) == (
         f"71.9 Hz and 0.35 {per} at 10 {unit} with one harmonic, whose error is not tested"
     )
+
+
+def test_pages_say_where_most_of_the_bars_is_the_basis():
+    rough = ROWS.assign(basis_amplitude_error_percent=53.0)
+    assert basis_error(rough) > LARGE_BASIS_ERROR > basis_error(ROWS)
+    advice = "enriched-auto narrows them"
+    for is_rough in (False, True):
+        notes = prose("peaks").bars("enriched-24", "53", True, is_rough)
+        assert (advice in notes.striptags()) == is_rough
 
 
 def test_a_peak_tells_the_harmonics_it_is_solved_with():

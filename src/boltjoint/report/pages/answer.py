@@ -23,6 +23,8 @@ from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import prose
 from boltjoint.report.pages.peaks import (
     ALL,
+    LARGE_BASIS_ERROR,
+    basis_error,
     beyond_limits,
     is_untested,
     peaks_in_words,
@@ -141,7 +143,9 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     told = sentences, is_untested(peaks), ALL in peaks, beyond_limits(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     of_mode = in_words([mode.harmonics]) if mode else ""
-    return _TEXT.summary(resonance, between, *told, unit, mode, of_mode)
+    return _TEXT.summary(
+        resonance, between, *told, unit, mode, of_mode, basis_error(accuracy) > LARGE_BASIS_ERROR
+    )
 
 
 def answers(study: Study) -> str:

@@ -27,6 +27,9 @@ REACHED = {
     for limit in LIMITS
 }
 
+#: estimated error of a basis from which pages recommend a larger one [%]: harmonics leave less
+LARGE_BASIS_ERROR = 5.0
+
 #: what stands in place of an error that nobody knows
 NOT_TESTED = "not tested"
 
@@ -106,6 +109,11 @@ def error_bars(rows: pd.DataFrame, what: str) -> pd.Series:
     return _or_not_tested(rounded, rows["converged_peak_mm_per_N"])
 
 
+def basis_error(accuracy: pd.DataFrame) -> float:
+    """Estimated error of the amplitude in the basis of a table [%]; not a number if not known."""
+    return float(accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max())
+
+
 def _or_not_tested(errors: pd.Series, response: pd.Series) -> pd.Series:
     """Errors of responses, with words where that of one is not known."""
     missing = response.notna() & errors.isna()
@@ -153,8 +161,9 @@ def table_of_peaks(name: str, case: Case, accuracy: pd.DataFrame, content: PageC
     peaks = peaks_of_reference(accuracy, case.resonances(basis)[0])
     if peaks.empty:
         return Markup()
-    estimate = accuracy.get("basis_amplitude_error_percent", pd.Series(dtype=float)).max()
-    notes = _TEXT.bars(basis, None if pd.isna(estimate) else number(estimate, 2), ALL in peaks)
+    estimate = basis_error(accuracy)
+    told = None if pd.isna(estimate) else number(estimate, 2)
+    notes = _TEXT.bars(basis, told, ALL in peaks, estimate > LARGE_BASIS_ERROR)
     beyond = _is_beyond(peaks)
     has_stress = REACHED[STRESS.name] in peaks
     limits = [_TEXT.limits(has_stress, beyond.any())] if _shares_of_limits(peaks) else []

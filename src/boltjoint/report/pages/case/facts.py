@@ -72,7 +72,7 @@ _MOTIONS = {"mean": "mean of its pairs", "load-weighted": "mean of its pairs, we
 _NONE = "none"
 
 #: what the stiffness of a pair and that per area are called, and the factor of their unit there
-_STIFFNESSES = {"N/m": ("of a pair (kN/mm)", 1e-6), "N/m3": ("per area (N/mm³)", 1e-9)}
+_STIFFNESSES = {"N/m": ("of a pair (kN/mm)", 1e-6), "N/m3": ("per area (N/m³)", 1.0)}
 
 
 def facts(name: str, case: Case, solver: Solver, content: PageContent) -> Markup:
