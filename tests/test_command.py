@@ -196,6 +196,11 @@ def check_exports(folder):
     peaks = pd.read_csv(to / f"{of_response}_peaks.csv")
     converged = response["peak_amplitude_converged"].to_numpy()
     assert peaks["peak_amplitude_converged_m"].to_numpy() == pytest.approx(converged)
+    of_mode = path.replace("linear/resonance=1/response", "backbone/resonance=1/backbone")
+    backbone = dataset.load(folder / of_mode)
+    table = pd.read_csv(to / f"{of_response.replace('linear', 'backbone')}_backbone.csv")
+    for column, name in (("damping_ratio",) * 2, ("amplitude_m", "response_amplitude")):
+        assert table[column].to_numpy() == pytest.approx(backbone[name].to_numpy())
     export_responses(folder, to, "mat")
     arrays = loadmat(to / f"{of_response}.mat", simplify_cells=True)
     assert arrays["peaks"]["peak_amplitude_converged_m"] == pytest.approx(converged)
@@ -226,8 +231,13 @@ def check_exports(folder):
     (pair,) = np.flatnonzero(abs(assembly["position"] - place).max("axis") < 1e-9)
     node = int(assembly["pair_node"].sel(side="A")[pair])
     assert motion[0]["contact_state"][node] == int(response["contact_state"][-1, 0])
-    # a case that is configured no more is not drawn, and says so
+    # what a case names no more is left out, and told
     case = folder / "config/cases/mine.yaml"
+    text = case.read_text()
+    case.write_text(text.replace("coordinates: [linear, backbone]", "coordinates: [backbone]"))
+    assert all("_backbone_" in file.name for file in export_responses(folder, to))
+    case.write_text(text)
+    # a case that is configured no more is not drawn, and says so
     case.rename(case.with_name("other.yaml"))
     with pytest.raises(ValueError, match="its configuration cannot be read"):
         export_responses(folder, to, "pvd")

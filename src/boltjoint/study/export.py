@@ -36,7 +36,9 @@ _OF_PEAKS = (
 
 
 def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> list[Path]:
-    """Write all frequency responses of a study, and their peaks.
+    """Write all frequency responses of a study, their peaks, and backbones.
+
+    Results of a case that its configuration names no more are left out, which is logged.
 
     Parameters
     ----------
@@ -45,10 +47,11 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     to
         Folder of the files, each named by case, basis, joint, coordinates and resonance.
     form
-        ``csv``: a table of solutions and one of peaks; ``mat``: a file of MATLAB with arrays of
-        both; ``uff``: a universal file with a data set 58 for each force, the displacement of the
-        output point over the force, which needs pyuff; ``pvd``: of node-to-node joints in linear
-        modes, a period of motion at the peak of each force, for ParaView.
+        ``csv``: a table of solutions and one of peaks, and one of the backbone where there is one;
+        ``mat``: a file of MATLAB with arrays of them; ``uff``: a universal file with a data set 58
+        for each force, the displacement of the output point over the force, which needs pyuff;
+        ``pvd``: of node-to-node joints in linear modes, a period of motion at the peak of each
+        force, for ParaView.
 
     Returns
     -------
@@ -63,8 +66,13 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     """
     (places, write), cases = _FORMS[checks.choice("form", form, _FORMS)], Path(folder) / _CASES
     written, reason = [], f"{cases} has no response.nc: run the study first"
+    named = _named_responses(Path(folder))
     for path in sorted(cases.glob(places)):
-        name = "_".join(path.relative_to(cases).parent.parts)
+        parts = path.relative_to(cases).parent.parts
+        name = "_".join(parts)
+        if path not in named.get(parts[0], {path}):
+            logger.warning("not written: the case names %s no more", name)
+            continue
         Path(to).mkdir(parents=True, exist_ok=True)
         try:
             written += write(Path(to) / name, path)
@@ -76,14 +84,33 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
     return written
 
 
+def _named_responses(folder: Path) -> dict[str, set[Path]]:
+    """Files of the responses that each case of a study names; nothing of one that is not valid."""
+    try:
+        cases = load_study(folder, {}).cases
+    except ConfigError:
+        return {}
+    keys = ("basis", "joint", "coordinates", "resonance")
+    return {
+        name: {
+            folder / layout.path("response", case=name, **dict(zip(keys, one, strict=True)))
+            for one in case.responses
+        }
+        for name, case in cases.items()
+    }
+
+
 def _response_and_joint(path: Path) -> tuple[xr.Dataset, xr.Dataset]:
     return dataset.load(path), dataset.load(path.parents[2] / "joint.nc")
 
 
-def _tables(path: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Solutions and peaks of a response."""
+def _tables(path: Path) -> dict[str, pd.DataFrame]:
+    """Solutions and peaks of a response, and the backbone that it is made of."""
     response, joint = _response_and_joint(path)
-    return _solutions(response, joint), _peaks(response)
+    tables = {"response": _solutions(response, joint), "peaks": _peaks(response)}
+    if (of_mode := path.with_name("backbone.nc")).exists():
+        tables["backbone"] = _backbone(dataset.load(of_mode))
+    return tables
 
 
 def _solutions(response: xr.Dataset, joint: xr.Dataset) -> pd.DataFrame:
@@ -117,9 +144,21 @@ def _peaks(response: xr.Dataset) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
+def _backbone(backbone: xr.Dataset) -> pd.DataFrame:
+    """Natural frequency and damping ratio over the amplitude of the output point."""
+    force = backbone["peak_force"].attrs["units"].replace("/", "_per_")
+    columns = {
+        "amplitude_m": backbone["response_amplitude"].to_numpy(),
+        "natural_frequency_Hz": backbone["natural_frequency"].to_numpy(),
+        "damping_ratio": backbone["damping_ratio"].to_numpy(),
+        f"excitation_at_peak_{force}": backbone["peak_force"].to_numpy(),
+    }
+    return pd.DataFrame(columns)
+
+
 def _write_csv(stem: Path, path: Path) -> list[Path]:
     files = []
-    for what, table in zip(("response", "peaks"), _tables(path), strict=True):
+    for what, table in _tables(path).items():
         files.append(stem.with_name(f"{stem.name}_{what}.csv"))
         table.to_csv(files[-1], index=False)
     return files
@@ -129,8 +168,7 @@ def _write_mat(stem: Path, path: Path) -> list[Path]:
     from scipy.io import savemat
 
     file = stem.with_name(f"{stem.name}.mat")
-    solutions, peaks = _tables(path)
-    content = {"response": _arrays(solutions), "peaks": _arrays(peaks)}
+    content = {what: _arrays(table) for what, table in _tables(path).items()}
     savemat(file, content, long_field_names=True, oned_as="column")
     return [file]
 
@@ -176,7 +214,7 @@ def _write_uff(stem: Path, path: Path) -> list[Path]:
         raise ValueError("uff needs pyuff: pip install boltjoint[uff]") from None
     file = stem.with_name(f"{stem.name}.uff")
     file.unlink(missing_ok=True)
-    solutions, _ = _tables(path)
+    solutions = _tables(path)["response"]
     excitation, universal = solutions.columns[0], pyuff.UFF(str(file))
     for force, branch in solutions.groupby(excitation):
         # excitation goes with the sine: as multiples of e^(i w t) both are sine + i cosine
