@@ -114,7 +114,7 @@ class ContactEntry(Entry):
         for item in self._of_all.case_keys:
             lacks = all(getattr(self, form.key) is None for form in item.forms)
             if lacks and item.per_area is not None:
-                yield (item.key,), f"is missing: or give {item.per_area.key}"
+                yield (item.key,), f"is missing: give {item.per_area.key}, or this of each pair"
         yield from _given_twice(self, self._of_all.case_keys)
         names = [item.name for item in self.surfaces]
         for index, surface in enumerate(self.surfaces):

@@ -125,7 +125,8 @@ def _peaks(study: Study, content: PageContent, accuracies: _Accuracies) -> Marku
             rows.append(row)
     frame = pd.DataFrame(rows)
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
-    return table_with_caption(frame, "The cases", [_TEXT.cases()])
+    has_residual = ("", "residual_in_time") in frame
+    return table_with_caption(frame, "The cases", [_TEXT.cases(has_residual)])
 
 
 def _peaks_of(

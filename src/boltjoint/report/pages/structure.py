@@ -1,6 +1,6 @@
 """The page of the assemblies: dimensions, modes without contact, contact under preload."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import pandas as pd
 from markupsafe import Markup
@@ -46,7 +46,7 @@ def structure_page(
     kinds = dict.fromkeys(page_of(assembly.type).MEANING for assembly in assemblies.values())
     sections = [
         Section("dimensions", "Dimensions and meshes", _dimensions(assemblies, content)),
-        Section("modes", "Modes without contact", _modes(content)),
+        *_modes(content),
         Section("contact", "Contact under bolt preload", _contact(content)),
         *content.remainder(),
     ]
@@ -85,12 +85,15 @@ def _dimensions(assemblies: Mapping[str, Described], content: PageContent) -> Ma
     return described + content.section("dimensions")
 
 
-def _modes(content: PageContent) -> Markup:
-    body = _TEXT.modes()
+def _modes(content: PageContent) -> Iterator[Section]:
+    """The section on modes without contact, of a study that has such bases."""
+    body = Markup()
     while table := content.table("natural_frequencies"):
         note = content.comparison.note("natural_frequencies", table.frame)
         body += table.html(notes=[note], groups=["assembly"])
-    return body + content.section("modes")
+    body += content.section("modes")
+    if body:
+        yield Section("modes", "Modes without contact", _TEXT.modes() + body)
 
 
 def _contact(content: PageContent) -> Markup:

@@ -215,8 +215,8 @@ def basis_of_pod_modes(structure: Structure, pod_modes: xr.Dataset, number: int)
         raise ValueError("the POD modes were found on a different mesh")
     if number > pod_modes.sizes["pod_mode"]:
         raise ValueError(
-            f"enriched-{number}: there are {pod_modes.sizes['pod_mode']} POD modes; keep more of "
-            "them, or find them from more states if the snapshots span no more"
+            f"enriched-{number}: there are {pod_modes.sizes['pod_mode']} POD modes: take as many "
+            "or fewer, or keep more (maximum_vectors), which more states may span (states)"
         )
     vector = pod_modes["pod_mode_motion"].transpose("unknown", "pod_mode")[:, :number].to_numpy()
     squared, share = eigh(vector.T @ (part.stiffness @ vector), vector.T @ (part.mass @ vector))
