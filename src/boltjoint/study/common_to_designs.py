@@ -222,6 +222,8 @@ _CONVERGED = (
     ("peak_harmonics", "1", "highest of these harmonics"),
     ("peak_frequency_truncation_error", "1", "of the converged peak"),
     ("peak_amplitude_truncation_error", "1", "of its amplitude"),
+    ("peak_frequency_inertia_error", "1", "of the converged peak, by inertia of its basis"),
+    ("peak_amplitude_inertia_error", "1", "of its amplitude, by inertia of its basis"),
 )
 
 
@@ -248,7 +250,7 @@ class ObservedDesigns:
         self.grid, self.sizes = grid, sizes
         self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
         self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
-        self.converged = np.full((designs, levels, 5), np.nan) if converged else None
+        self.converged = np.full((designs, levels, len(_CONVERGED)), np.nan) if converged else None
         self.known = limits
         self.reached = np.full((designs, levels, len(LIMITS)), np.nan)
         self.state: NDArray[np.int8] | None = None
@@ -277,7 +279,9 @@ class ObservedDesigns:
         """Keep the peaks of a design with all harmonics."""
         if self.converged is None:
             raise ValueError("the peaks with all harmonics are not observed")
-        self.converged[place] = [(*peak.values, *peak.truncation_error) for peak in peaks]
+        self.converged[place] = [
+            (*peak.values, *peak.truncation_error, *peak.inertia_error) for peak in peaks
+        ]
 
     def add_limits(self, place: int, shares: Array) -> None:
         """Keep how much of each of ``LIMITS`` the peaks of a design reach, (levels, limits)."""

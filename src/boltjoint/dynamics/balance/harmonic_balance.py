@@ -53,6 +53,9 @@ class HarmonicBalance:
         F [N], or the acceleration of the supports [m/s2].
     basis
         V, orthonormal combinations of the linear modes, (linear modes, modes); these by default.
+    inertial
+        Number of modes, from the first, that have inertia in harmonics above the first; all by
+        default.
 
     Raises
     ------
@@ -64,6 +67,7 @@ class HarmonicBalance:
     damping: Damping | float
     excitation_force: float
     basis: NDArray[np.float64] | None = None
+    inertial: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse parameters that are out of range."""
@@ -73,6 +77,8 @@ class HarmonicBalance:
         if self.basis is not None:
             modes = self.joint.natural_frequency.size
             object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
+        if self.inertial is not None:
+            checks.whole("inertial", self.inertial, at_least=0)
 
     def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
         """The same balance in another basis of the right shape, which is not checked."""
@@ -227,8 +233,12 @@ class HarmonicBalance:
 
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
-        """Harmonic number of every entry of the unknown."""
-        return np.repeat(self.components.number.astype(float), len(self.stiffness))
+        """Harmonic number of every entry of the unknown, as its inertia has it."""
+        number = self.components.number.astype(float)
+        harmonic = np.repeat(number[:, None], len(self.stiffness), axis=1)
+        if self.inertial is not None:
+            harmonic[number > 1, self.inertial :] = 0.0
+        return harmonic.ravel()
 
     @cached_property
     def _structure(self) -> ModalStructure:

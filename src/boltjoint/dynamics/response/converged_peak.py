@@ -16,12 +16,15 @@ class ConvergedPeak(NamedTuple):
     """The peaks of a force level, with the truncation errors and a superharmonic of the last.
 
     ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
-    harmonics than the first is found, or no motion with further ones near.
+    harmonics than the first is found, or no motion with further ones near. ``inertia_error`` of
+    both, by vectors of the basis that are no modes (``inertia_of_basis``); not a number where it is
+    not known.
     """
 
     sequence: PeakSequence = PeakSequence(())
     truncation_error: tuple[float, float] = (np.nan, np.nan)
     superharmonic: Superharmonic | None = None
+    inertia_error: tuple[float, float] = (np.nan, np.nan)
 
     @property
     def values(self) -> tuple[float, float, float]:
@@ -47,14 +50,16 @@ def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Datas
     -------
     Dataset
         Both, and relative error bars. ``peak_frequency_converged_error`` and
-        ``peak_amplitude_converged_error`` hold the truncation error of the converged peak and what
-        is estimated of its model; ``peak_frequency_error`` and ``peak_amplitude_error`` hold the
-        difference of the response's own peak from it too, over the smaller of both.
+        ``peak_amplitude_converged_error`` hold the truncation error of the converged peak, that by
+        inertia of its basis, and what is estimated of its model; ``peak_frequency_error`` and
+        ``peak_amplitude_error`` hold the difference of the response's own peak from it too, over
+        the smaller of both.
     """
     errors = {}
     for what in ("frequency", "amplitude"):
         ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
         bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
+        bar = bar * (1 + converged[f"peak_{what}_inertia_error"].to_numpy())
         for of in ("basis", "weights"):
             estimate = float(converged.get(f"{of}_{what}_error", 0.0))
             # what is not estimated is no part of the bar, and told apart from it
@@ -93,6 +98,8 @@ def converged_peaks_to_dataset(
             by_harmonics[:, *at] = peak.frequency, peak.amplitude
     converged = np.array([at.values for at in peaks])
     errors = np.array([at.truncation_error for at in peaks])
+    of_inertia = np.array([at.inertia_error for at in peaks])
+    by_inertia = "by inertia in further harmonics of vectors that are no modes"
     none = Superharmonic(0, np.nan, 0.0)
     of_superharmonic = np.array([at.superharmonic or none for at in peaks])
     of_all = "with as many harmonics as change nothing"
@@ -102,6 +109,8 @@ def converged_peaks_to_dataset(
         ("peak_harmonics", converged[:, 2], "1", "highest of these harmonics"),
         ("peak_frequency_truncation_error", errors[:, 0], "1", "of the converged peak"),
         ("peak_amplitude_truncation_error", errors[:, 1], "1", "of its amplitude"),
+        ("peak_frequency_inertia_error", of_inertia[:, 0], "1", f"of that peak, {by_inertia}"),
+        ("peak_amplitude_inertia_error", of_inertia[:, 1], "1", f"of its amplitude, {by_inertia}"),
         ("superharmonic_order", of_superharmonic[:, 0], "1", "harmonic in resonance, 0 if none"),
         ("superharmonic_frequency", of_superharmonic[:, 1], "Hz", "resonance of that harmonic"),
         ("superharmonic_share", of_superharmonic[:, 2], "1", "that motion over the first harmonic"),

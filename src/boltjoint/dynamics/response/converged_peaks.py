@@ -31,6 +31,7 @@ from boltjoint.dynamics.response.harmonic_convergence import (
     PeakSequence,
     converge_peak,
 )
+from boltjoint.dynamics.response.inertia_of_basis import inertia_error
 from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
@@ -72,7 +73,9 @@ def converge_peaks(
         ``peak_amplitude_truncation_error``, relative: beyond the tolerances where the most
         harmonics do not suffice; not a number where the response has no peak, fewer than two with
         more harmonics are found, no motion with further ones is, or its law has no elements that
-        can be followed in time.
+        can be followed in time. ``peak_frequency_inertia_error`` and
+        ``peak_amplitude_inertia_error``, relative: what inertia of vectors of the basis that are no
+        modes changes in further harmonics, 0 in a basis of modes (``inertia_of_basis``).
         ``superharmonic_order``, 0 without one, ``superharmonic_frequency`` [Hz] and
         ``superharmonic_share`` (``balance.periodic_motion``). By ``force`` and
         ``output_component``, the motion of the output point at the peak, ``peak_motion_converged``
@@ -165,7 +168,8 @@ def _judge(sequence: PeakSequence, left_out: LeftOutHarmonics) -> ConvergedPeak:
     q, w = located.motion.in_components(balance.components), 2 * np.pi * located.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()
     superharmonic = find_superharmonic(balance, jacobian, located.motion, located.frequency)
-    return ConvergedPeak(sequence, (frequency, amplitude), superharmonic)
+    of_inertia = inertia_error(resonance, located, left_out)
+    return ConvergedPeak(sequence, (frequency, amplitude), superharmonic, of_inertia)
 
 
 def find_converged_peaks(

@@ -85,10 +85,10 @@ class LocatedPeak(NamedTuple):
     """A peak of the first harmonic.
 
     ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
-    change of ln w by the phase; ``sharpness``, minus the second derivative of the logarithm of the
-    amplitude by the phase: 1 at a linear resonance, less where friction makes the peak flat;
-    ``distance`` by which its phase may be off [rad]: twice that of vertices, and by roughness;
-    ``amplitude_error``, relative, by both.
+    change of ln w by the phase; ``sharpness``, minus the second derivative of ln amplitude by the
+    phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
+    its phase may be off [rad]: twice that of vertices, and by roughness; ``amplitude_error``,
+    relative, by both.
     """
 
     frequency: float
@@ -102,25 +102,23 @@ class LocatedPeak(NamedTuple):
     def frequency_error(self, frequency: float, amplitude: float, slope: float) -> float:
         """Relative error of the frequency by errors of the motion at the phase of the peak.
 
+        Those at the phase and by the phase are independent; that by the distance is added.
+
         Parameters
         ----------
         frequency, amplitude
             Relative errors there.
         slope
-            Error of the derivative of ln amplitude by the phase [1/rad], which moves the peak by
-            itself over the sharpness. Where it is not a number, the peak is within a phase of
-            ``sqrt(2 e / sharpness)`` by an amplitude error of e.
-
-        Returns
-        -------
-        float
-            The error at the phase and that by the phase, as independent of each other, and that by
-            the distance.
+            Error of the derivative of ln amplitude by the phase [1/rad]: over the sharpness the
+            peak moves by it, or within ``sqrt(2 e / sharpness)`` of an amplitude error e.
         """
-        within = np.sqrt(2 * amplitude / self.sharpness)
-        moved = np.fmin(within, slope / self.sharpness)
-        by_phase = self.frequency_by_phase
-        return float(np.hypot(frequency, by_phase * moved) + by_phase * self.distance)
+        moved = self.moved_by(amplitude, slope)
+        return float(np.hypot(frequency, moved) + self.frequency_by_phase * self.distance)
+
+    def moved_by(self, amplitude: float, slope: float) -> float:
+        """Relative change of the frequency by the phase alone, as of ``frequency_error``."""
+        by_amplitude = np.sqrt(2 * amplitude / self.sharpness)
+        return float(self.frequency_by_phase * np.fmin(by_amplitude, slope / self.sharpness))
 
 
 def find_peak(
