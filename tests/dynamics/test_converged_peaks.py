@@ -189,8 +189,9 @@ def test_bars_hold_what_is_estimated_of_basis_and_weights(either, converged):
         for of, errors in {"basis": (1e-3, 0.02), "weights": (np.nan, 0.01)}.items()
         for what, error in zip(("frequency", "amplitude"), errors, strict=True)
     }
-    whole = add_converged_peaks(response, converged.assign(of_model))
-    for what, ratio in (("frequency", 1.001), ("amplitude", 1.02 * 1.01)):
+    of_inertia = {f"peak_{what}_inertia_error": 0.03 for what in ("frequency", "amplitude")}
+    whole = add_converged_peaks(response, converged.assign(of_model).assign(of_inertia))
+    for what, ratio in (("frequency", 1.001 * 1.03), ("amplitude", 1.02 * 1.01 * 1.03)):
         left_out = converged[f"peak_{what}_truncation_error"]
         name = f"peak_{what}_converged_error"
         np.testing.assert_allclose(1 + alone[name], 1 + left_out, rtol=1e-14)

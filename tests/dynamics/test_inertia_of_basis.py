@@ -119,8 +119,15 @@ def test_inertia_is_left_out_of_further_harmonics_alone():
 def test_modes_are_counted_from_the_first():
     joint = many_modes(1.0)
     in_basis = with_static_shapes(joint)
-    assert count_modes(joint) is None
+    assert count_modes(joint) == 10
     assert count_modes(in_basis) == 2
+    # of one frequency, however they are mixed
+    frequency = joint.natural_frequency.copy()
+    frequency[2] = frequency[1]
+    mixed = np.eye(10)
+    mixed[1:3, 1:3] = np.array([[1, -1], [1, 1]]) / np.sqrt(2)
+    of_one = {"natural_frequency": frequency, "free_frequency": frequency}
+    assert count_modes(replace(joint, **of_one, free_participation=mixed)) == 10
     assert (
         count_modes(
             replace(joint, free_frequency=joint.natural_frequency, free_participation=np.eye(10))

@@ -42,6 +42,8 @@ CONVERGED = (
     "peak_harmonics",
     "peak_frequency_truncation_error",
     "peak_amplitude_truncation_error",
+    "peak_frequency_inertia_error",
+    "peak_amplitude_inertia_error",
 )
 KEYS = {
     "constant": {"tangential_stiffness_N_per_m": 5e6, "friction_coefficient": 0.1},

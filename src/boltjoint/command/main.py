@@ -108,7 +108,7 @@ def _parser() -> argparse.ArgumentParser:
     fit.add_argument("case", help="name of a case with a key measured")
     fit.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
     add("open", _open, "open the report of a study in a browser")
-    export = add("export", _export, "write responses and peaks for other programs")
+    export = add("export", _export, "write responses, peaks and backbones for other programs")
     export.add_argument("--format", choices=("csv", "mat", "uff", "pvd"), default="csv")
     export.add_argument("--to", type=Path, default=None, help="by default FOLDER/results/export")
     return parser

@@ -29,7 +29,7 @@ class MeshSize(NamedTuple):
 
 
 class Divisions(Protocol):
-    """What of a half lap its size follows from: an ``LapJoint`` has it."""
+    """What of a half lap its size follows from: a ``LapJoint`` has it."""
 
     @property
     def bar(self) -> Any: ...  # noqa: ANN401

@@ -142,7 +142,7 @@ class Sweep(Entry):
     """``linear``, all vectors of the basis, or ``backbone``, nonlinear modal synthesis."""
     observe: Several[Observed] = ("peaks",)
     """What is kept of each design: ``peaks``, frequency and amplitude of the peak;
-    ``converged-peaks``, these with all harmonics and their truncation errors; ``responses``,
+    ``converged-peaks``, these with all harmonics and their errors; ``responses``,
     the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
     peak; ``backbone``, natural frequency and damping ratio over the amplitude of the output
     point."""

@@ -71,7 +71,8 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
         parts = path.relative_to(cases).parent.parts
         name = "_".join(parts)
         if path not in named.get(parts[0], {path}):
-            logger.warning("not written: the case names %s no more", name)
+            reason = f"the case names {name} no more"
+            logger.warning("not written: %s", reason)
             continue
         Path(to).mkdir(parents=True, exist_ok=True)
         try:
@@ -88,7 +89,8 @@ def _named_responses(folder: Path) -> dict[str, set[Path]]:
     """Files of the responses that each case of a study names; nothing of one that is not valid."""
     try:
         cases = load_study(folder, {}).cases
-    except ConfigError:
+    except ConfigError as problem:
+        logger.warning("all results are written, whatever cases name: %s", problem)
         return {}
     keys = ("basis", "joint", "coordinates", "resonance")
     return {

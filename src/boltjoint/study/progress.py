@@ -46,15 +46,15 @@ _TRUST = 0.3
 _OF_SNAKEMAKE = re.compile(
     r"$|Select jobs|Execute \d+ jobs|Assuming unrestricted|Building DAG|Using |Provided "
     r"|Rules claiming|Conda env|Loading script|Elapsed time|Complete log"
-    r"|Reasons:|Rules with provenance|Some jobs were triggered|This was a dry-run"
+    r"|Reasons:|\d+ jobs have |Rules with provenance|Some jobs were triggered|This was a dry-run"
     r"|Exiting because a job|Removing output files of failed job|Shutting down|WorkflowError:\nAt "
 )
 #: that a command failed, and how it ended
 _STATUS = re.compile(r"^RuleException:\s+CalledProcessError.*\b((?:returned|died) .*)", re.DOTALL)
 #: events of Snakemake that tell a user nothing
 _UNTOLD = ("run_info", "workflow_started", "resources_info", "job_started")
-#: what it lists of a dry run, and the rule that computes nothing
-_OF_DRY_RUN, _ALL = ("run_info", "dryrun"), "all"
+#: the rule that computes nothing
+_ALL = "all"
 #: where in a Snakefile a configuration was refused
 _FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", line \d+, in .*')
 
@@ -130,7 +130,7 @@ class Progress(logging.Formatter):
     def filter(self, record: logging.LogRecord) -> bool:
         """Whether a record of Snakemake is told."""
         event, told = _event(record), vars(record)
-        if self._is_dry and self._has_words and event in ("job_info", *_OF_DRY_RUN):
+        if self._is_dry and self._has_words and event in ("job_info", "run_info"):
             return event == "job_info" and told["rule_name"] != _ALL
         if self._is_dry and not self._has_words:
             return True

@@ -55,10 +55,8 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
     for what in QUANTITIES:
         peak = check[f"peak_{what}_converged"].variable
         ratio = at[peak_variable(solved, what)].to_numpy() / peak.to_numpy()
-        truncation, inertia = (
-            1 + check[f"peak_{what}_{of}_error"].to_numpy() for of in ("truncation", "inertia")
-        )
-        bar = truncation * inertia
+        bar = 1 + check[f"peak_{what}_truncation_error"].to_numpy()
+        bar = bar * (1 + check[f"peak_{what}_inertia_error"].to_numpy())
         error = np.maximum(ratio, 1 / ratio) * bar - 1
         errors.append(error)
         largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)

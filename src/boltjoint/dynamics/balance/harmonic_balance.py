@@ -60,7 +60,8 @@ class HarmonicBalance:
     Raises
     ------
     ValueError
-        If damping or force are negative or not finite, or the basis is not of this shape.
+        If damping or force are negative or not finite, the basis is not of this shape, or
+        ``inertial`` is given with one.
     """
 
     joint: Joint
@@ -79,6 +80,8 @@ class HarmonicBalance:
             object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
         if self.inertial is not None:
             checks.whole("inertial", self.inertial, at_least=0)
+            if self.basis is not None:
+                raise ValueError("inertial must not be given with a basis")
 
     def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
         """The same balance in another basis of the right shape, which is not checked."""
@@ -215,7 +218,8 @@ class HarmonicBalance:
         Returns
         -------
         tuple
-            The matrix at zero frequency; harmonic number of every entry of the unknown; powers of
+            The matrix at zero frequency; harmonic number of every entry of the unknown, as
+            its inertia has it; powers of
             the frequency w of further terms, and their matrices, shape (terms, n, n).
         """
         terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms

@@ -59,7 +59,7 @@ def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Datas
     for what in ("frequency", "amplitude"):
         ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
         bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
-        bar = bar * (1 + converged[f"peak_{what}_inertia_error"].to_numpy())
+        bar = bar * (1 + np.asarray(converged.get(f"peak_{what}_inertia_error", 0.0)))
         for of in ("basis", "weights"):
             estimate = float(converged.get(f"{of}_{what}_error", 0.0))
             # what is not estimated is no part of the bar, and told apart from it

@@ -114,6 +114,12 @@ def _warn(peak: ConvergedPeak, force: float) -> None:
         logger.warning(
             "%g N: no motion with more harmonics was found near: the peak has no error bar", force
         )
+    elif np.isnan(peak.inertia_error[1]):
+        logger.warning(
+            "%g N: no motion was found near without the inertia of vectors that are no modes: the "
+            "peak has no error bar",
+            force,
+        )
 
 
 def find_converged_peak(

@@ -18,31 +18,33 @@ from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
 from boltjoint.joint.model import Joint
 
-#: share of a mode without contact in a vector from which the vector is that mode
+#: modes without contact this near in frequency, relative, are of a vector which they make
+_NEAR = 0.01
+#: share of them in a vector from which it is a mode
 _IS_MODE = 0.999
 #: error over the change: where a harmonic is at the frequency of a vector, that of one and of the
 #: others moved peaks of small joints by up to twice as much
 _SAFETY = 2.0
 
 
-def count_modes(joint: Joint) -> int | None:
-    """How many vectors of a basis, from the first, are modes without contact.
-
-    None of a joint in such modes, whose vectors all are.
-    """
-    checks.instance("joint", joint, Joint)
-    if joint.free_participation is None:
-        return None
-    share = (joint.free_participation**2).max(axis=0)
+def count_modes(joint: Joint) -> int:
+    """How many vectors of a basis, from the first, are modes of the structure without contact."""
+    frequency = checks.instance("joint", joint, Joint).natural_frequency
+    free, participation = joint.free_frequency, joint.free_participation
+    if free is None or participation is None:
+        return frequency.size
+    near = abs(free[:, None] - frequency) < _NEAR * frequency
     # rigid-body modes are not among the free ones
-    is_mode = (share > _IS_MODE) | joint.is_rigid
-    return int(is_mode.size if is_mode.all() else np.argmin(is_mode))
+    is_mode = ((participation**2 * near).sum(axis=0) > _IS_MODE) | joint.is_rigid
+    return frequency.size if is_mode.all() else int(np.argmin(is_mode))
 
 
 def inertia_error(
     resonance: PhaseResonance, peak: LocatedPeak, options: LeftOutHarmonics = LeftOutHarmonics()
 ) -> tuple[float, float]:
     """Relative errors of a peak by inertia of vectors that are no modes, in further harmonics.
+
+    Where corrections do not converge, fewer vectors lose their inertia at once.
 
     Parameters
     ----------
@@ -61,18 +63,26 @@ def inertia_error(
     """
     checks.instance("peak", peak, LocatedPeak)
     balance = checks.instance("resonance", resonance, PhaseResonance).balance
-    modes = count_modes(balance.joint)
-    if modes is None:
-        return 0.0, 0.0
+    modes, inertial = count_modes(balance.joint), balance.joint.natural_frequency.size
     search = PeakSearch(
         tolerance=options.tolerance, iterations=options.iterations, smallest_step=np.pi
     )
-    balance = replace(balance, inertial=modes)
-    without = PhaseResonance(balance, peak.frequency, peak.motion, fewer=resonance, search=search)
-    start = without.start()
-    if start is None:
-        return np.nan, np.nan
-    (motion, frequency), mode = start, balance.joint.response_mode
+    motion, frequency, fewer = peak.motion, peak.frequency, resonance
+    lost = inertial - modes
+    while inertial > modes:
+        partial = replace(balance, inertial=max(inertial - lost, modes))
+        without = PhaseResonance(partial, frequency, motion, fewer=fewer, search=search)
+        start = without.start()
+        if start is not None:
+            (motion, frequency), inertial, fewer = start, max(inertial - lost, modes), without
+        elif lost == 1:
+            return np.nan, np.nan
+        else:
+            lost //= 2
+    if fewer is resonance:
+        return 0.0, 0.0
+    mode = balance.joint.response_mode
     amplitude = abs(abs(motion.amplitude(mode) / peak.motion.amplitude(mode)) - 1)
-    moved = peak.moved_by(amplitude, abs(without.slope_of_change(resonance, peak.phase)))
-    return _SAFETY * float(abs(frequency / peak.frequency - 1) + moved), _SAFETY * float(amplitude)
+    moved = peak.moved_by(amplitude, abs(fewer.slope_of_change(resonance, peak.phase)))
+    change = abs(frequency / peak.frequency - 1) + moved
+    return _SAFETY * float(change), _SAFETY * float(amplitude)
