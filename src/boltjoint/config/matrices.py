@@ -127,8 +127,7 @@ class Matrices(Described):
     """Unit of lengths in all variables: m, with N/m and kg, or mm, with N/mm and t."""
     numbered_from: Literal[0, 1] | None = None
     """Number of the first degree of freedom, column and surface, in keys and in variables: 0 as in
-    Python, 1 as in MATLAB. Must be given with a ``.mat`` file, if anything is numbered; else 0 by
-    default."""
+    Python, 1 as in MATLAB. To be given with a ``.mat`` file, if anything is numbered; else 0."""
     stiffness: VariableName = "K"
     """Variable of the stiffness matrix, (degrees of freedom, degrees of freedom), with both
     triangles."""
@@ -277,37 +276,7 @@ class Matrices(Described):
                 yield path, "has no file: add it to files, or give file"
         for key in ("bolts", "inputs", "outputs"):
             yield from repeated((key,), "name", getattr(self, key))
-        for path, number in self._numbers:
-            if number < self.first_number:
-                yield path, "must be at least 1, with numbered_from: 1"
-        yield from self._conflicts_of_numbers()
-
-    @property
-    def _numbers(self) -> Iterator[tuple[KeyPath, int]]:
-        """Keys that are numbers of degrees of freedom or columns."""
-        for key in ("bolts", "inputs", "outputs"):
-            for index, entry in enumerate(getattr(self, key)):
-                for name in ("column", "locked", "dof"):
-                    if (number := getattr(entry, name, None)) is not None:
-                        yield (key, index, name), number
-
-    def _conflicts_of_numbers(self) -> Problems:
-        """Numbers that may count as in MATLAB, where nothing tells from which one."""
-        if self.numbered_from is not None:
-            return
-        files = [file for file in self.named_files if file.endswith(".mat")]
-        keys: list[KeyPath] = [path for path, _ in self._numbers]
-        # with numbers of nodes, pairs are named by these
-        has_nodes = self.modes is not None and self.modes.variable("node") is not None
-        for name in ("surface",) if has_nodes else ("side_a", "surface"):
-            if getattr(self.contact, name) is not None:
-                keys.append(("contact", name))
-        if files and keys:
-            yield (
-                ("numbered_from",),
-                f"is missing: 1 if {keys[0][-1]} counts as in MATLAB, 0 if as in Python; "
-                f"{files[0]} does not tell",
-            )
+        yield from _conflicts_of_numbers(self)
 
     @property
     def surface_names(self) -> tuple[str, ...]:
@@ -386,3 +355,32 @@ def _value(entry: Any, path: KeyPath) -> str | None:  # noqa: ANN401
     for part in path:
         entry = entry[int(part)] if isinstance(entry, tuple) else getattr(entry, str(part))
     return entry
+
+
+def _numbers(described: Matrices) -> Iterator[tuple[KeyPath, int]]:
+    """Keys that are numbers of degrees of freedom or columns."""
+    for key in ("bolts", "inputs", "outputs"):
+        for index, entry in enumerate(getattr(described, key)):
+            for name in ("column", "locked", "dof"):
+                if (number := getattr(entry, name, None)) is not None:
+                    yield (key, index, name), number
+
+
+def _conflicts_of_numbers(described: Matrices) -> Problems:
+    """Numbers before the first, or that may count as in MATLAB where nothing tells from where."""
+    for path, number in _numbers(described):
+        if number < described.first_number:
+            yield path, "must be at least 1, with numbered_from: 1"
+    files = [file for file in described.named_files if file.endswith(".mat")]
+    keys: list[KeyPath] = [path for path, _ in _numbers(described)]
+    # with numbers of nodes, pairs are named by these
+    has_nodes = described.modes is not None and described.modes.variable("node") is not None
+    for name in ("surface",) if has_nodes else ("side_a", "surface"):
+        if getattr(described.contact, name) is not None:
+            keys.append(("contact", name))
+    if files and keys and described.numbered_from is None:
+        yield (
+            ("numbered_from",),
+            f"is missing: 1 if {keys[0][-1]} counts as in MATLAB, 0 if as in Python; "
+            f"{files[0]} does not tell",
+        )

@@ -54,14 +54,13 @@ class HarmonicBalance:
     basis
         V, orthonormal combinations of the linear modes, (linear modes, modes); these by default.
     inertial
-        Number of modes, from the first, that have inertia in harmonics above the first; all by
+        Modes (of the basis), from the first, with inertia in harmonics above the first; all by
         default.
 
     Raises
     ------
     ValueError
-        If damping or force are negative or not finite, the basis is not of this shape, or
-        ``inertial`` is given with one.
+        If damping or force are negative or not finite, or the basis is of another shape.
     """
 
     joint: Joint
@@ -80,8 +79,6 @@ class HarmonicBalance:
             object.__setattr__(self, "basis", checks.array("basis", self.basis, (modes, "modes")))
         if self.inertial is not None:
             checks.whole("inertial", self.inertial, at_least=0)
-            if self.basis is not None:
-                raise ValueError("inertial must not be given with a basis")
 
     def in_basis(self, basis: NDArray[np.float64]) -> "HarmonicBalance":
         """The same balance in another basis of the right shape, which is not checked."""
@@ -218,14 +215,13 @@ class HarmonicBalance:
         Returns
         -------
         tuple
-            The matrix at zero frequency; harmonic number of every entry of the unknown, as
-            its inertia has it; powers of
-            the frequency w of further terms, and their matrices, shape (terms, n, n).
+            The matrix at zero frequency; harmonic number of every entry, as inertia has it; powers
+            of the frequency w of further terms, and their matrices, shape (terms, n, n).
         """
         terms = () if self.damping_matrix.varying is None else self.damping_matrix.varying.terms
         varying = np.zeros((len(terms), *self._static_stiffness.shape))
         for matrix, term in zip(varying, terms, strict=True):
-            self._add_damping(matrix, _by_harmonic(term))
+            _add_damping(matrix, self.components, _by_harmonic(term))
         power = np.array([term.power for term in terms], dtype=float)
         return self._static_stiffness, self._harmonic, power, varying
 
@@ -238,11 +234,7 @@ class HarmonicBalance:
     @cached_property
     def _harmonic(self) -> NDArray[np.float64]:
         """Harmonic number of every entry of the unknown, as its inertia has it."""
-        number = self.components.number.astype(float)
-        harmonic = np.repeat(number[:, None], len(self.stiffness), axis=1)
-        if self.inertial is not None:
-            harmonic[number > 1, self.inertial :] = 0.0
-        return harmonic.ravel()
+        return _harmonic_of_inertia(self.components, len(self.stiffness), self.inertial)
 
     @cached_property
     def _structure(self) -> ModalStructure:
@@ -259,7 +251,8 @@ class HarmonicBalance:
         matrix = np.asarray(block_diag(*[self.stiffness] * len(self.components)), float)
         if self._mean is not None:
             matrix[self._mean, self._mean] = self.stiffness_of_mean
-        self._add_damping(matrix, lambda h: self._damping(self.damping_matrix.constant, h, 0.0))
+        constant = self.damping_matrix.constant
+        _add_damping(matrix, self.components, lambda h: self._damping(constant, h, 0.0))
         return matrix
 
     def _add_linear_part(self, matrix: NDArray[np.float64], w: float) -> NDArray[np.float64]:
@@ -267,16 +260,8 @@ class HarmonicBalance:
         matrix += self._static_stiffness
         np.einsum("ii->i", matrix)[:] -= (w * self._harmonic) ** 2
         if (varying := self.damping_matrix.varying) is not None:
-            self._add_damping(matrix, lambda h: self._damping(varying, h, w))
+            _add_damping(matrix, self.components, lambda h: self._damping(varying, h, w))
         return matrix
-
-    def _add_damping(self, matrix: NDArray[np.float64], damping: _ByHarmonic) -> None:
-        """Add the H of each harmonic to the linear part of the equations."""
-        blocks = matrix.reshape((len(self.components), len(self.stiffness)) * 2)
-        for harmonic, sin, cos in self.components.harmonics:
-            H = damping(harmonic)
-            blocks[sin, :, cos, :] -= H
-            blocks[cos, :, sin, :] += H
 
     @cached_property
     def _number(self) -> NDArray[np.float64]:
@@ -291,6 +276,27 @@ class HarmonicBalance:
     def _damping_of(self, harmonic: Number, w: float) -> tuple[Number, Number]:
         """Factor and frequency [rad/s] of ``factor H(frequency)``, the damping of harmonics."""
         return 1.0, harmonic * w
+
+
+def _harmonic_of_inertia(
+    components: Components, modes: int, inertial: int | None
+) -> NDArray[np.float64]:
+    """Harmonic number of every entry of the unknown, 0 without inertia, (components * modes,)."""
+    number = components.number.astype(float)
+    harmonic = np.repeat(number[:, None], modes, axis=1)
+    if inertial is not None:
+        harmonic[number > 1, inertial:] = 0.0
+    return harmonic.ravel()
+
+
+def _add_damping(matrix: NDArray[np.float64], components: Components, damping: _ByHarmonic) -> None:
+    """Add the H of each harmonic to the linear part of the equations."""
+    count = len(components)
+    blocks = matrix.reshape((count, len(matrix) // count) * 2)
+    for harmonic, sin, cos in components.harmonics:
+        H = damping(harmonic)
+        blocks[sin, :, cos, :] -= H
+        blocks[cos, :, sin, :] += H
 
 
 def _by_harmonic(term: Term) -> _ByHarmonic:
