@@ -35,7 +35,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import ConstantLoad, Joint, frequency_window, solve_branch
 from boltjoint.damping import ModalDamping
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
-from boltjoint.friction.aft import by_samples
+from boltjoint.friction.aft import AlternatingFrequencyTime
 
 Array = NDArray[np.float64]
 
@@ -159,8 +159,8 @@ def follow(
 
 def compare(problem: Problem, harmonics: int, nlvib: Path) -> dict[str, object]:
     """A row of the table."""
-    joint = replace(problem.joint, law=by_samples(problem.joint.law, SAMPLES)).distinct
-    joint = replace(joint, law=replace(joint.law, harmonics=harmonics))
+    law = AlternatingFrequencyTime(problem.joint.law, harmonics, SAMPLES)
+    joint = replace(problem.joint, law=law).distinct
     damping = ModalDamping((DAMPING_RATIO,))
     balance = HarmonicBalance(joint, damping, problem.force)
     window = frequency_window(joint)

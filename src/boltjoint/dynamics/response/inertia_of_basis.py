@@ -15,7 +15,7 @@ import numpy as np
 
 from boltjoint import checks
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
+from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PhaseResonance
 from boltjoint.joint.model import Joint
 
 #: modes without contact this near in frequency, relative, are of a vector which they make
@@ -64,17 +64,14 @@ def inertia_error(
     checks.instance("peak", peak, LocatedPeak)
     balance = checks.instance("resonance", resonance, PhaseResonance).balance
     modes, inertial = count_modes(balance.joint), balance.joint.natural_frequency.size
-    search = PeakSearch(
-        tolerance=options.tolerance, iterations=options.iterations, smallest_step=np.pi
-    )
     motion, frequency, fewer = peak.motion, peak.frequency, resonance
     lost = inertial - modes
     while inertial > modes:
-        partial = replace(balance, inertial=max(inertial - lost, modes))
-        without = PhaseResonance(partial, frequency, motion, fewer=fewer, search=search)
-        start = without.start()
-        if start is not None:
-            (motion, frequency), inertial, fewer = start, max(inertial - lost, modes), without
+        left = max(inertial - lost, modes)
+        partial = replace(balance, inertial=left)
+        without = PhaseResonance(partial, frequency, motion, fewer=fewer, search=options.search)
+        if (start := without.start()) is not None:
+            (motion, frequency), inertial, fewer = start, left, without
         elif lost == 1:
             return np.nan, np.nan
         else:

@@ -77,6 +77,11 @@ class LeftOutHarmonics(Options):
         for name in ("tolerance", "smallest_fall", "safety"):
             checks.number(name, getattr(self, name), above=0)
 
+    @property
+    def search(self) -> PeakSearch:
+        """The search of a motion, without solutions between, which would take as long again."""
+        return PeakSearch(tolerance=self.tolerance, iterations=self.iterations, smallest_step=np.pi)
+
 
 class LeftOutChange(NamedTuple):
     """Relative changes of frequency and amplitude of a peak at its phase, without sign.
@@ -172,19 +177,13 @@ def with_more_harmonics(
     tuple or None
         Motion, frequency [Hz], and the motions at other phases; None where it is not found.
     """
-    search = PeakSearch(
-        tolerance=options.tolerance,
-        iterations=options.iterations,
-        # without solutions between, which would take as long as all before
-        smallest_step=np.pi,
-    )
     law = checks.instance("law of the balance", balance.joint.law, AlternatingFrequencyTime)
     highest = Components(motion.components).highest
     added = law.harmonics - highest
     while True:
         partial = replace(law, harmonics=min(highest + added, law.harmonics))
         with_some = replace(balance, joint=replace(balance.joint, law=partial))
-        resonance = PhaseResonance(with_some, frequency, motion, fewer=fewer, search=search)
+        resonance = PhaseResonance(with_some, frequency, motion, fewer=fewer, search=options.search)
         start = resonance.start()
         if start is not None:
             motion, frequency = start
