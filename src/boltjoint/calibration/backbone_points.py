@@ -22,8 +22,8 @@ from boltjoint.measurement.signals import MOTIONS
 
 Array = NDArray[np.float64]
 
-#: iterations of Newton's method, and change of the unknown at which it ends
-_ITERATIONS, _TOLERANCE = 12, 1e-11
+#: iterations of Newton's method, and relative change of the unknown at which it ends
+_ITERATIONS, _TOLERANCE = 12, 1e-9
 
 #: how far the correction of a step may lead, and how often a step in amplitude is halved
 _LARGEST, _HALVINGS = 0.5, 10
@@ -160,12 +160,13 @@ def solve_points(
     solution, matrix = _corrected(mode, y, first)
     if solution is None:
         raise NotReached(f"no mode was found at the amplitude {np.exp(first):.3g}")
-    y = solution
+    y, slope = solution, _by_amplitude(matrix)
     curves, by_amplitude, by_parameter = [], [], []
     at = first
     for level in levels:
-        y, matrix = _step(mode, y, matrix, at, level)
-        at = level
+        if level > at:
+            y, matrix = _step(mode, y, slope[:, 0], at, level)
+            at = level
         right = np.zeros((y.size, 1 + len(neighbours)))
         right[-1, 0] = 1.0
         physical = mode.physical(y)
@@ -173,7 +174,7 @@ def solve_points(
         for n, (low, high, difference) in enumerate(neighbours, start=1):
             change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
             right[:-1, n] = -change / difference
-        slope = np.linalg.solve(matrix, right)
+        slope = np.asarray(np.linalg.solve(matrix, right), float)
         real, imaginary = physical[-3:-1]
         w, zeta = np.sqrt(real), imaginary / (2 * real)
         d_real, d_imaginary = mode.equations.scale * slope[-3:-1]
@@ -189,23 +190,30 @@ def solve_points(
 
 
 def _step(
-    mode: SensedMode, y: Array, matrix: Array, begin: float, end: float
+    mode: SensedMode, y: Array, tangent: Array, begin: float, end: float
 ) -> tuple[Array, Array]:
-    """The mode from one ln(amplitude) to another, in as many steps as it needs."""
+    """The mode from one ln(amplitude) to another, in as many steps as it needs, and its matrix."""
     at, length, halvings = begin, end - begin, 0
-    while at < end:
+    while True:
         target = end if at + length >= end - 1e-12 else at + length
-        tangent = np.linalg.solve(matrix, np.append(np.zeros(y.size - 1), 1.0))
         guess = y + (target - at) * tangent
-        corrected, corrected_matrix = _corrected(mode, guess, target)
+        corrected, matrix = _corrected(mode, guess, target)
         if corrected is None:
             halvings += 1
             if halvings > _HALVINGS:
                 raise NotReached(f"no mode was found at the amplitude {np.exp(target):.3g}")
             length /= 2
-        else:
-            y, matrix, at = corrected, corrected_matrix, target
-    return y, matrix
+            continue
+        if target == end:
+            return corrected, matrix
+        y, at, tangent = corrected, target, _by_amplitude(matrix)[:, 0]
+
+
+def _by_amplitude(matrix: Array) -> Array:
+    """Derivative of the unknown by ln(amplitude), (unknowns, 1)."""
+    right = np.zeros((len(matrix), 1))
+    right[-1] = 1.0
+    return np.asarray(np.linalg.solve(matrix, right), float)
 
 
 def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, Array]:
@@ -223,7 +231,8 @@ def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, 
         size = np.linalg.norm(change)
         y = y - change * (1.0 if size <= _LARGEST else _LARGEST / size)
         if size <= _TOLERANCE * np.linalg.norm(y):
-            return y, mode.system(y)[1]
+            # a last correction so small has an error of its square, and leaves the matrix as it is
+            return y, matrix
     return None, matrix
 
 

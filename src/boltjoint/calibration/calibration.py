@@ -1,28 +1,24 @@
 """Result of a calibration: parameters, how well they are determined, and predictive bands."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.stats import chi2, norm
+from scipy.stats import chi2
 
 from boltjoint import checks
 from boltjoint.calibration.importance import ImportanceDraws, importance_draws
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
+from boltjoint.calibration.prediction import PredictedCurve, predict_curves
+from boltjoint.calibration.profile import Profiles
 from boltjoint.calibration.residuals import CurveCheck, ModelCurves, check_curve
 
 Array = NDArray[np.float64]
 
-#: two standard deviations as they are used here: 95 %
-_QUANTILE = norm.ppf(0.975)
-
 #: singular values of the Jacobian, over the largest, below which a direction is not determined
 _SMALLEST_SINGULAR = 1e-10
-
-#: standard errors by which a profile is followed on each side, at most
-_WIDEST_PROFILE = 12
 
 #: a fit at a bound is within this share of its width
 _AT_BOUND = 1e-3
@@ -30,16 +26,6 @@ _AT_BOUND = 1e-3
 
 class Undetermined(ValueError):
     """A parameter that the measurement does not tell."""
-
-
-#: losses of ``scipy.optimize.least_squares``, by squares over that of their scale
-_LOSSES: dict[str, Callable[[Array], Array]] = {
-    "linear": lambda z: z,
-    "soft_l1": lambda z: 2 * (np.sqrt(1 + z) - 1),
-    "huber": lambda z: np.where(z <= 1, z, 2 * np.sqrt(z) - 1),
-    "cauchy": np.log1p,
-    "arctan": np.arctan,
-}
 
 
 @dataclass(frozen=True)
@@ -122,12 +108,17 @@ class Calibration:
 
     @cached_property
     def undetermined(self) -> tuple[str, ...]:
-        """Parameters whose interval is as wide as the bounds, or that end at a bound."""
+        """Parameters whose interval is as wide as half of the bounds, or that ends at one."""
         low, high = self.compared.space.bounds
-        wide = 2 * _QUANTILE * self.standard_error > self.determined_share * (high - low)
-        near = np.minimum(self.scaled - low, high - self.scaled) < _AT_BOUND * (high - low)
-        names = zip(self.names, wide | near, strict=True)
+        ends = self._profiles.intervals.T
+        wide = np.ptp(ends, axis=0) > self.determined_share * (high - low)
+        names = zip(self.names, wide | self._at_bound(ends).any(axis=0), strict=True)
         return tuple(name for name, is_open in names if is_open)
+
+    def _at_bound(self, scaled: Array) -> NDArray[np.bool_]:
+        """Whether parameters in their scales, (..., parameters), lie at a bound or beyond."""
+        low, high = self.compared.space.bounds
+        return np.minimum(scaled - low, high - scaled) < _AT_BOUND * (high - low)
 
     def value(self, name: str) -> float:
         """A parameter that is determined.
@@ -145,12 +136,16 @@ class Calibration:
         return self.best_values[name]
 
     def interval(self, name: str) -> tuple[float, float]:
-        """95 % interval of a parameter by the covariance; refused as ``value`` is."""
+        """95 % interval of a parameter; refused as ``value`` is.
+
+        By the covariance where the sum of squares is the parabola that it stands for, else by the
+        profile.
+        """
         self.value(name)
         n = self.names.index(name)
-        reach = _QUANTILE * self.standard_error[n]
         parameter = self.compared.space.parameters[n]
-        return parameter.value(self.scaled[n] - reach), parameter.value(self.scaled[n] + reach)
+        low, high = (parameter.value(end) for end in self._profiles.intervals[n])
+        return low, high
 
     def reason(self, name: str) -> str:
         """In words, why a parameter is not determined; empty where it is."""
@@ -159,12 +154,15 @@ class Calibration:
             return ""
         n = self.names.index(name)
         parameter = self.compared.space.parameters[n]
-        low, high = (bound[n] for bound in self.compared.space.bounds)
-        if min(self.scaled[n] - low, high - self.scaled[n]) < _AT_BOUND * (high - low):
-            bound = (
-                parameter.low if self.scaled[n] - low < high - self.scaled[n] else parameter.high
-            )
-            return f"the best fit lies at its bound {bound:.4g}"
+        middle = sum(bound[n] for bound in self.compared.space.bounds) / 2
+        for word, at in (
+            ("the best fit lies at", self.scaled),
+            ("its 95 % interval ends at", self._profiles.intervals[:, 0]),
+            ("its 95 % interval ends at", self._profiles.intervals[:, 1]),
+        ):
+            if self._at_bound(at)[n]:
+                bound = parameter.low if at[n] < middle else parameter.high
+                return f"{word} its bound {bound:.4g}"
         others = np.delete(abs(self.correlation[n]), n)
         names = [other for other in self.names if other != name]
         told = ""
@@ -183,45 +181,49 @@ class Calibration:
         checks.choice("parameter", name, self.names)
         n = self.names.index(name)
         parameter = self.compared.space.parameters[n]
-        low, high = (parameter.value(self._profile_end(n, side)) for side in (-1, 1))
+        low, high = (parameter.value(end) for end in self._profiles.ends(n))
         return low, high
 
-    def _profile_end(self, n: int, side: int) -> float:
-        low, high = (bound[n] for bound in self.compared.space.bounds)
-        bound = low if side < 0 else high
-        step = side * self.standard_error[n]
-        least = 2 * self._cost(self.scaled)
-        before, root_before, others = self.scaled[n], 0.0, self.scaled.copy()
-        for _ in range(_WIDEST_PROFILE):
-            at = before + step
-            at = max(at, bound) if side < 0 else min(at, bound)
-            try:
-                others, square = _fitted_beside(self, n, at, others)
-            except ValueError:
-                return bound  # nothing is known beyond
-            root = np.sqrt(max(square - least, 0.0))
-            if root >= _QUANTILE:
-                share = (_QUANTILE - root_before) / (root - root_before)
-                return before + share * (at - before)
-            if at == bound:
-                return bound
-            before, root_before = at, root
-        return bound
-
-    def _cost(self, scaled: Array) -> float:
-        """What the fit made least: half the sum of squares, of those that its loss counts less."""
-        square = (self.compared.residual(scaled) / self.robust_scale) ** 2
-        return 0.5 * self.robust_scale**2 * float(np.sum(_LOSSES[self.loss](square)))
+    @cached_property
+    def _profiles(self) -> Profiles:
+        return Profiles(self.compared, self.scaled, self.loss, self.robust_scale, self.covariance)
 
     def draws(self, count: int = 400, seed: int = 1) -> ImportanceDraws:
-        """Posterior draws: the normal approximation, resampled by the true sum of squares.
+        """Posterior draws: an approximation, resampled by the true sum of squares.
 
-        The prior is uniform within the bounds, in the scale of each parameter, times stated priors.
+        It is normal where the sum of squares is a parabola, else one along a curved valley
+        (``ridge``). The prior is uniform within the bounds, in the scale of each parameter, times
+        stated priors.
         """
         count = checks.whole("count", count, at_least=20)
         seed = checks.whole("seed", seed, at_least=0)
         bounds = self.compared.space.bounds
-        return importance_draws(self._cost, self.scaled, self.covariance, bounds, count, seed)
+        profiles = self._profiles
+        return importance_draws(profiles.cost, profiles.proposal(), bounds, count, seed)
+
+    def predict(
+        self,
+        measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+        count: int = 400,
+        seed: int = 1,
+    ) -> tuple[PredictedCurve, ...]:
+        """Curves that were held aside from the fit, with 95 % bands by posterior draws.
+
+        Parameters
+        ----------
+        measured
+            Of other modes, sensors or amplitudes of the same joint; ``amplitude_scale`` multiplies
+            theirs too.
+        count, seed
+            Of the draws.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or a mode is not in the model.
+        """
+        compared = replace(self.compared, measured=curves_of(measured))
+        return predict_curves(compared, self.scaled, self.draws(count, seed).scaled, seed)
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""
@@ -273,34 +275,3 @@ class Calibration:
         for curve, (f, z) in zip(self.compared.measured, self.rms_errors, strict=True):
             lines.append(f"{curve.name}: {f:.2g} rms in frequency and {z:.2g} in damping, relative")
         return "\n".join(lines)
-
-
-def _fitted_beside(
-    calibration: Calibration, n: int, at: float, guess: Array
-) -> tuple[Array, float]:
-    """All other parameters fitted beside one that is held, and twice the least cost.
-
-    A ``ValueError`` where the model refuses the parameters, or those near them.
-    """
-    free = np.arange(guess.size) != n
-
-    def whole(x: Array) -> Array:
-        joined = np.empty(guess.size)
-        joined[free], joined[n] = x, at
-        return joined
-
-    if not free.any():
-        return whole(guess[free]), 2 * calibration._cost(whole(guess[free]))
-    low, high = calibration.compared.space.bounds
-    inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
-    fit = least_squares(
-        lambda x: calibration.compared.residual(whole(x)),
-        inside[free],
-        jac=lambda x: calibration.compared.residual_and_jacobian(whole(x))[1][:, free],
-        bounds=(low[free], high[free]),
-        x_scale="jac",
-        loss=calibration.loss,
-        f_scale=calibration.robust_scale,
-        max_nfev=50,
-    )
-    return whole(fit.x), 2 * fit.cost

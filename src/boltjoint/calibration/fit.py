@@ -13,7 +13,7 @@ from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
 from boltjoint.calibration.residuals import Model, ModelCurves
-from boltjoint.config.measured import Loss
+from boltjoint.config.measured import AMPLITUDE_SCALE, Loss
 from boltjoint.damping import Damping
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -103,7 +103,9 @@ def fit(
     if isinstance(model, Joint):
         model = JointParameters(model, damping)
     checks.sequence("parameters", parameters, Parameter)
-    compared = ModelCurves(model, curves, ParameterSpace(tuple(parameters)))
+    space = ParameterSpace(tuple(parameters))
+    _require_values(curves, space)
+    compared = ModelCurves(model, curves, space)
     ends = [
         _least_squares(compared, start, loss, options)
         for start in compared.space.starts(options.starts, options.seed)
@@ -118,6 +120,21 @@ def fit(
     return Calibration(
         compared, best.x, costs, loss, options.robust_scale, options.determined_share
     )
+
+
+def _require_values(curves: Sequence[MeasuredBackbone], space: ParameterSpace) -> None:
+    """Refuse parameters that the curves do not tell."""
+    names = [curve.name for curve in curves]
+    values = 2 * sum(curve.amplitude.size for curve in curves)
+    if values < len(space.names):
+        raise ValueError(
+            f"measured has {values // 2} points, {values} values: "
+            f"too few for {len(space.names)} parameters"
+        )
+    for name in space.names:
+        scale, _, curve = name.partition("[")
+        if scale == AMPLITUDE_SCALE and curve and curve.removesuffix("]") not in names:
+            raise ValueError(f"parameter {name} is of no curve: there are {', '.join(names)}")
 
 
 def _least_squares(

@@ -1,7 +1,12 @@
-"""Posterior draws by importance resampling of a normal approximation, with Pareto k.
+"""Posterior draws by importance resampling, with Pareto k.
+
+The first density is the normal approximation of the least squares, or one along a curved valley
+(``ridge``). Where few of its draws count, rounds of draws correct centre and covariance.
 
 References
 ----------
+J.-M. Cornuet, J.-M. Marin, A. Mira, C. P. Robert: Adaptive multiple importance sampling.
+Scandinavian Journal of Statistics 39 (2012) 798-812.
 A. Vehtari, D. Simpson, A. Gelman, Y. Yao, J. Gabry: Pareto smoothed importance sampling. Journal of
 Machine Learning Research 25 (2024) 72: draws are reliable where k is below 0.7.
 J. Zhang, M. A. Stephens: A new and efficient estimation method for the generalized Pareto
@@ -10,14 +15,28 @@ distribution. Technometrics 51 (2009) 316-325.
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import gammaln
 
 Array = NDArray[np.float64]
 
 #: degrees of freedom of the proposal: its tails are heavier than those of a normal distribution
 _FREEDOM = 7
+#: what the cost may rise by along an axis, 1/2 by one standard deviation
+_RISE = 2.0
+#: rounds of draws, and Pareto k at which they end
+_FEWEST_ROUNDS, _MOST_ROUNDS, _RELIABLE = 3, 8, 0.6
+#: effective draws by parameter of which a covariance is taken
+_EFFECTIVE = 5
+#: effective share of draws below which a proposal is left
+_SHARE = 0.2
+#: axes over those of the draws: a posterior along a curve has little weight where they end
+_WIDER = 1.5
+#: axis over the bounds, shortening of one, and power of weights that are no smaller
+_SMALLEST = 1e-6
 
 
 @dataclass(frozen=True)
@@ -39,71 +58,166 @@ class ImportanceDraws:
     effective: float
 
 
+class Proposal(Protocol):
+    """A density of which draws are made."""
+
+    def draw(self, count: int, random: np.random.Generator) -> Array:
+        """Draws, (count, parameters)."""
+        ...
+
+    def log_density(self, draws: Array) -> Array:
+        """Logarithm of the density at each draw, (draws,)."""
+        ...
+
+
 def importance_draws(
     cost: Callable[[Array], float],
-    centre: Array,
-    covariance: Array,
+    proposal: Proposal,
     bounds: tuple[Array, Array],
     count: int,
     seed: int,
 ) -> ImportanceDraws:
-    """Draws of a multivariate t distribution, resampled by exp(-cost) over its density.
+    """Draws of a proposal, resampled by exp(-cost) over its density.
 
     Parameters
     ----------
     cost
         Half the sum of squares; a ``ValueError`` where the model has no mode.
-    centre, covariance
-        Of the approximation.
+    proposal
+        The first density; where few of its draws count, normal distributions take its place.
     bounds
         Beyond which the posterior is zero.
     count, seed
         Of the draws.
     """
     random = np.random.default_rng(seed)
-    # a first half finds centre and covariance of the posterior itself, where it is no parabola
-    pilot, weight = _weighted(cost, centre, covariance, bounds, max(count // 2, 20), random)
-    if weight.sum() ** 2 > 2 * centre.size * (weight**2).sum():
-        share = weight / weight.sum()
-        centre = share @ pilot
-        covariance = (share[:, None] * (pilot - centre)).T @ (pilot - centre)
-    proposals, weight = _weighted(cost, centre, covariance, bounds, count, random)
+    drawn = _Draws(cost, bounds)
+    drawn.add(proposal, count // 2, random)
+    for n in range(1, _MOST_ROUNDS):
+        weight = drawn.weights()
+        is_enough = pareto_shape(weight) < _RELIABLE and _effective(weight) > count / 2
+        if n >= _FEWEST_ROUNDS and is_enough:
+            break
+        is_good = _effective(weight) > _SHARE * weight.size
+        drawn.add(proposal if is_good else drawn.density(), count // 2, random)
+    weight = drawn.weights()
     if not weight.any():
-        return ImportanceDraws(np.empty((0, centre.size)), np.inf, 0.0)
-    chosen = random.choice(count, count, p=weight / weight.sum())
-    effective = float(weight.sum() ** 2 / (weight**2).sum())
-    return ImportanceDraws(proposals[chosen], pareto_shape(weight), effective)
+        return ImportanceDraws(np.empty((0, bounds[0].size)), np.inf, 0.0)
+    chosen = random.choice(weight.size, count, p=weight)
+    return ImportanceDraws(drawn.draws[chosen], pareto_shape(weight), _effective(weight))
 
 
-def _weighted(
-    cost: Callable[[Array], float],
-    centre: Array,
-    covariance: Array,
-    bounds: tuple[Array, Array],
-    count: int,
-    random: np.random.Generator,
-) -> tuple[Array, Array]:
-    """Draws of the multivariate t distribution, and exp(-cost) over its density."""
-    # in shares of the bounds, beyond which no direction reaches
+def of_least_squares(
+    cost: Callable[[Array], float], centre: Array, covariance: Array, bounds: tuple[Array, Array]
+) -> Proposal:
+    """The normal approximation with axes as long as the cost says, with heavier tails."""
     width = bounds[1] - bounds[0]
     squared, vectors = np.linalg.eigh(covariance / np.outer(width, width))
-    deviation = np.minimum(np.sqrt(np.maximum(squared, 0.0)), 0.5)
-    normal = random.standard_normal((count, centre.size))
-    stretch = np.sqrt(_FREEDOM / random.chisquare(_FREEDOM, count))
-    standard = normal * stretch[:, None]
-    proposals = centre + width * (standard * deviation @ vectors.T)
-    square = np.einsum("ij,ij->i", standard, standard)
-    log_density = -0.5 * (_FREEDOM + centre.size) * np.log1p(square / _FREEDOM)
-    log_weight = np.full(count, -np.inf)
-    inside = np.all((proposals >= bounds[0]) & (proposals <= bounds[1]), axis=1)
-    for n in np.flatnonzero(inside):
-        try:
-            log_weight[n] = -cost(proposals[n]) - log_density[n]
-        except ValueError:
-            continue
-    if np.isfinite(log_weight.max()):
-        log_weight -= log_weight.max()
-    return proposals, np.exp(log_weight)
+    deviations = np.clip(np.sqrt(np.maximum(squared, 0.0)), _SMALLEST, 0.5)
+    axes = width[:, None] * vectors * deviations
+    return _Normal(centre, axes * _lengths(cost, centre, axes))
+
+
+def _lengths(cost: Callable[[Array], float], centre: Array, axes: Array) -> Array:
+    """How far along each axis the cost rises as one standard deviation does, at most the axis."""
+    least, lengths = cost(centre), np.ones(axes.shape[1])
+    for n, axis in enumerate(axes.T):
+        for sign in (-1, 1):
+            while lengths[n] > _SMALLEST:
+                try:
+                    rise = cost(centre + sign * lengths[n] * axis) - least
+                except ValueError:
+                    rise = np.inf
+                if rise <= _RISE:
+                    break
+                lengths[n] /= 2
+    return lengths
+
+
+@dataclass(frozen=True)
+class _Normal:
+    """A multivariate t distribution: its centre, and axes of one standard deviation by column."""
+
+    centre: Array
+    axes: Array
+
+    def draw(self, count: int, random: np.random.Generator) -> Array:
+        """Draws, (count, parameters)."""
+        return self.centre + student_draws(count, self.centre.size, random) @ self.axes.T
+
+    def log_density(self, draws: Array) -> Array:
+        """Logarithm of the density."""
+        standard = np.asarray(np.linalg.solve(self.axes, (draws - self.centre).T).T, float)
+        return student_log_density(standard) - np.linalg.slogdet(self.axes)[1]
+
+
+def student_draws(count: int, size: int, random: np.random.Generator) -> Array:
+    """Draws of the standard multivariate t distribution, (count, size)."""
+    normal = random.standard_normal((count, size))
+    return normal * np.sqrt(_FREEDOM / random.chisquare(_FREEDOM, count))[:, None]
+
+
+def student_log_density(standard: Array) -> Array:
+    """Logarithm of its density at each draw, (draws,)."""
+    size = standard.shape[1]
+    constant = gammaln((_FREEDOM + size) / 2) - gammaln(_FREEDOM / 2)
+    constant -= size / 2 * np.log(np.pi * _FREEDOM)
+    tail = np.log1p(np.sum(standard**2, axis=1) / _FREEDOM)
+    return constant - 0.5 * (_FREEDOM + size) * tail
+
+
+class _Draws:
+    """Draws of several densities, with what the cost is there."""
+
+    def __init__(self, cost: Callable[[Array], float], bounds: tuple[Array, Array]) -> None:
+        self._cost, self._bounds = cost, bounds
+        self._densities: list[Proposal] = []
+        self.draws = np.empty((0, bounds[0].size))
+        self._costs = np.empty(0)
+
+    def add(self, density: Proposal, count: int, random: np.random.Generator) -> None:
+        """Further draws; beyond the bounds, or where the model has no mode, cost has no limit."""
+        draws, costs = density.draw(count, random), np.full(count, np.inf)
+        inside = np.all((draws >= self._bounds[0]) & (draws <= self._bounds[1]), axis=1)
+        for n in np.flatnonzero(inside):
+            try:
+                costs[n] = self._cost(draws[n])
+            except ValueError:
+                continue
+        self._densities.append(density)
+        self.draws = np.concatenate([self.draws, draws])
+        self._costs = np.concatenate([self._costs, costs])
+
+    def weights(self, power: float = 1.0) -> Array:
+        """exp(-cost) over the mean of all densities, to a power; 1 in all, or 0 everywhere."""
+        log_densities = [density.log_density(self.draws) for density in self._densities]
+        log_weight = -self._costs - np.logaddexp.reduce(log_densities)
+        if not np.isfinite(log_weight).any():
+            return np.zeros(log_weight.size)
+        weight = np.exp(power * (log_weight - log_weight.max()))
+        return weight / weight.sum()
+
+    def density(self) -> Proposal:
+        """With the centre and the covariance of the draws.
+
+        Where few of them carry the weight, of a power of it that more carry.
+        """
+        size, power = self.draws.shape[1], 1.0
+        while _effective(self.weights(power)) < _EFFECTIVE * size and power > _SMALLEST:
+            power /= 2
+        weight = self.weights(power)
+        if not weight.any():
+            return self._densities[-1]
+        centre = weight @ self.draws
+        off = self.draws - centre
+        width = self._bounds[1] - self._bounds[0]
+        squared, vectors = np.linalg.eigh((weight[:, None] * off).T @ off / np.outer(width, width))
+        deviations = np.sqrt(np.maximum(squared, _SMALLEST**2))
+        return _Normal(centre, _WIDER * width[:, None] * vectors * deviations)
+
+
+def _effective(weight: Array) -> float:
+    return float(weight.sum() ** 2 / (weight**2).sum()) if weight.any() else 0.0
 
 
 def pareto_shape(weight: Array) -> float:

@@ -51,7 +51,7 @@ class ModelCurves:
     Raises
     ------
     ValueError
-        If a mode is not in the model, a sensor not known, or values are fewer than parameters.
+        If a mode is not in the model, or a sensor not known.
     """
 
     model: Model
@@ -71,16 +71,6 @@ class ModelCurves:
         names = [curve.name for curve in self.measured]
         if len(set(names)) < len(names):
             raise ValueError(f"measured curves must have names of their own: {', '.join(names)}")
-        values = 2 * sum(curve.amplitude.size for curve in self.measured)
-        if values < len(self.space.names):
-            raise ValueError(
-                f"measured has {values // 2} points, {values} values: "
-                f"too few for {len(self.space.names)} parameters"
-            )
-        for name in self.space.names:
-            scale, _, curve = name.partition("[")
-            if scale == AMPLITUDE_SCALE and curve and curve.removesuffix("]") not in names:
-                raise ValueError(f"parameter {name} is of no curve: there are {', '.join(names)}")
         _ = self.resonances
 
     @cached_property

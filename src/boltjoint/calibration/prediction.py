@@ -1,0 +1,124 @@
+"""Prediction of curves that were held aside from a calibration, with bands by posterior draws."""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.calibration.backbone_points import NotReached
+from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.residuals import ModelCurves
+
+Array = NDArray[np.float64]
+
+#: ends of an interval of 95 %
+_ENDS = (0.025, 0.975)
+
+
+class Shift(NamedTuple):
+    """Change of a frequency [Hz], as measured and predicted, and ends of its 95 % interval."""
+
+    measured: float
+    predicted: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class PredictedCurve:
+    """A measured backbone beside the one that is predicted at its amplitudes.
+
+    Attributes
+    ----------
+    measured
+        As measured, (points,) amplitudes.
+    resonance
+        Number of the mode in the model.
+    curve
+        Frequency [Hz] and damping ratio at the best fit, shape (points, 2); NaN where the mode is
+        not reached at all amplitudes.
+    draws
+        The same of each posterior draw that reaches them, (draws, points, 2).
+    scatter
+        ``draws`` with the stated scatter of the measurement: what would be measured.
+    """
+
+    measured: MeasuredBackbone
+    resonance: int
+    curve: Array
+    draws: Array
+    scatter: Array
+
+    @property
+    def band(self) -> tuple[Array, Array]:
+        """Ends of the 95 % interval of a measurement at each amplitude, each (points, 2)."""
+        low, high = _ends(self.scatter)
+        return low, high
+
+    @property
+    def points_within(self) -> tuple[int, int]:
+        """Number of measured frequencies and damping ratios within their bands."""
+        low, high = self.band
+        values = self.measured.values
+        f, z = np.count_nonzero((low <= values) & (values <= high), axis=0)
+        return int(f), int(z)
+
+    @property
+    def rms_errors(self) -> tuple[float, float]:
+        """Root mean square of the relative errors of frequency and damping."""
+        f, z = np.sqrt(np.mean((self.curve / self.measured.values - 1) ** 2, axis=0))
+        return float(f), float(z)
+
+    @property
+    def shift(self) -> Shift:
+        """Change of the frequency from the lowest to the largest amplitude."""
+        measured = self.measured.frequency
+        low, high = _ends(self.scatter[:, -1, 0] - self.scatter[:, 0, 0])
+        predicted = self.curve[-1, 0] - self.curve[0, 0]
+        return Shift(float(measured[-1] - measured[0]), float(predicted), float(low), float(high))
+
+
+def _ends(drawn: Array) -> Array:
+    """Ends of 95 % of the draws; NaN without any."""
+    return (
+        np.quantile(drawn, _ENDS, axis=0) if len(drawn) else np.full((2, *drawn.shape[1:]), np.nan)
+    )
+
+
+def predict_curves(
+    compared: ModelCurves, best: Array, drawn: Array, seed: int
+) -> tuple[PredictedCurve, ...]:
+    """The curves of a model with fitted parameters, and with draws of them.
+
+    Parameters
+    ----------
+    compared
+        Model, and measured curves that were held aside.
+    best, drawn
+        Parameters in their scales, at the best fit and as posterior draws, shape (parameters,) and
+        (draws, parameters). Draws at which a mode is not reached are left out.
+    seed
+        Of the scatter of the measurement.
+    """
+    random = np.random.default_rng(seed)
+    predicted = []
+    for measured, resonance in zip(compared.measured, compared.resonances, strict=True):
+        alone = replace(compared, measured=(measured,))
+        curve = _curve_at(alone, best)
+        points = [_curve_at(alone, scaled) for scaled in drawn]
+        reached = [point for point in points if point is not None]
+        draws = np.array(reached).reshape(-1, *measured.values.shape)
+        noise = random.standard_normal(draws.shape) * measured.deviations
+        curve = np.full(measured.values.shape, np.nan) if curve is None else curve
+        predicted.append(PredictedCurve(measured, resonance, curve, draws, draws + noise))
+    return tuple(predicted)
+
+
+def _curve_at(compared: ModelCurves, scaled: Array) -> Array | None:
+    """The only curve of a model; None where the mode is not reached at its amplitudes."""
+    try:
+        ((curve, _),) = compared.curves_at(scaled, slopes=False)
+    except NotReached:
+        return None
+    return curve
