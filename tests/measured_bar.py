@@ -9,7 +9,9 @@ from boltjoint import backbone_at
 from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.measured import Measured
-from boltjoint.study.calibration import CalibratedJoint, calibrate
+from boltjoint.study.calibrated_joint import CalibratedJoint
+from boltjoint.study.calibration import calibrate
+from boltjoint.study.prediction import predict
 
 FILE = "config/bar.csv"
 FRICTION, STIFFNESS = "contact.friction_coefficient", "contact.tangential_stiffness_N_per_m"
@@ -43,8 +45,11 @@ MEASURED = {
     },
     "starts": 2,
 }
+#: of the second mode, which is held aside
+SECOND = MEASURED["curves"][0] | {"file": "config/second.csv", "resonance": 2}
 TRUTH = {FRICTION: 0.25, STIFFNESS: 8e6, "loss_factor": 0.004}
 AMPLITUDES = np.geomspace(1e-6, 2e-4, 20)
+OF_SECOND = AMPLITUDES / 20
 
 
 def case_with(**changes):
@@ -58,19 +63,19 @@ def content_of(case):
 MODEL = CalibratedJoint(make_joint(), content_of(case_with()))
 
 
-def written(curves, seed=None):
+def written(curves, seed=None, amplitudes=AMPLITUDES):
     """The file of a backbone, with noise of the stated scatter."""
     noise = np.zeros((2, AMPLITUDES.size))
     if seed is not None:
         noise = np.random.default_rng(seed).standard_normal(noise.shape) * [[2e-4], [0.01]]
     f, z = np.array(curves) * (1 + noise)
-    rows = [f"{1e3 * a},{x},{y}" for a, x, y in zip(AMPLITUDES, f, z, strict=True)]
+    rows = [f"{1e3 * a},{x},{y}" for a, x, y in zip(amplitudes, f, z, strict=True)]
     return "\n".join(["displacement_mm,frequency_Hz,damping_ratio", *rows]) + "\n"
 
 
-def backbone(values):
+def backbone(values, resonance=1, amplitudes=AMPLITUDES):
     joint, damping = MODEL(values)
-    return backbone_at(joint, AMPLITUDES, resonance=1, damping=damping)
+    return backbone_at(joint, amplitudes, resonance=resonance, damping=damping)
 
 
 def fitted(case, text):
@@ -83,3 +88,17 @@ def fitted(case, text):
 def calibration_of_truth():
     """The case fitted to its own backbone with other parameters, under noise."""
     return fitted(case_with(), written(backbone(TRUTH), seed=3))
+
+
+def predicted(case, calibration, text):
+    """The prediction of a case by the text of the file of its second mode."""
+    measured = Measured.model_validate(case["measured"])
+    texts = {SECOND["file"]: text}
+    return predict(make_joint(), content_of(case), measured, texts, calibration)
+
+
+@cache
+def prediction_of_truth():
+    """The second mode, by the fit of the first."""
+    text = written(backbone(TRUTH, 2, OF_SECOND), seed=5, amplitudes=OF_SECOND)
+    return predicted(case_with(predicted=[SECOND]), calibration_of_truth(), text)

@@ -36,6 +36,7 @@ TITLES = {
     "response": "frequency response of a joint by force levels",
     "backbone": "backbone of a joint: frequency and damping of a mode over its amplitude",
     "calibration": "joint fitted to measured backbones",
+    "prediction": "measured backbones predicted by a joint that was fitted to others",
     "designs": "designs of a sweep",
     "checked": "designs of a sweep in a larger model",
     "sweep": "peaks and responses of the designs of a sweep",

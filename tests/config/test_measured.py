@@ -27,6 +27,9 @@ MEASURED = {
 }
 
 
+OTHER = MEASURED["curves"][0] | {"resonance": 2}
+
+
 def table(rows=POINTS, head=HEAD):
     return "\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n"
 
@@ -55,11 +58,11 @@ def problems_of(folder):
 
 def test_a_measurement_is_read_with_its_points_and_the_hash_of_its_file(study):
     loaded = load_study(study)
-    assert loaded.measured_points == {"small": 3}
+    assert loaded.measured_points == {"small": (3, 0)}
     before = loaded.hashes[FILE]
     write_files(study, table([*POINTS, (0.2, 334.0, 0.006)]))
     again = load_study(study)
-    assert again.measured_points == {"small": 4}
+    assert again.measured_points == {"small": (4, 0)}
     assert again.hashes[FILE] != before
     # what was checked before reads no table, but finds the same hash
     assert load_study(study, before=True).hashes[FILE] == again.hashes[FILE]
@@ -116,7 +119,21 @@ CURVE = ("curves", 0)
         ((*CURVE, "file"), "config/no.csv", 'curves[0].file: "config/no.csv" cannot be read (No'),
         ((*CURVE, "sensor"), "tip", 'curves[0].sensor: "tip" is no sensor of the case; '),
         ((*CURVE, "rows"), {"mode": 1}, f'"{FILE}" cannot be used: {FILE}:1: has no column mode'),
-        ((*CURVE, "rows"), {"frequency_Hz": 7}, "has no row with frequency_Hz 7"),
+        (
+            (*CURVE, "rows"),
+            {"frequency_Hz": 7},
+            "has no row with frequency_Hz 7; frequency_Hz is 340.0, 338.0, 335.0",
+        ),
+        ((*CURVE, "rows"), {"frequency_Hz": []}, "frequency_Hz: [] must be a number or a word"),
+        (("predicted",), [MEASURED["curves"][0]], "predicted[0].name: must not be mode-1, as of a"),
+        (("predicted",), [MEASURED["curves"][0] | {"resonance": 3}], "resonance: 3 must be at mo"),
+        (("predicted",), [OTHER | {"sensor": "tip"}], 'predicted[0].sensor: "tip" is no sensor of'),
+        (("predicted",), [OTHER | {"file": "config/no.csv"}], "predicted[0].file: "),
+        (
+            ("predicted",),
+            [{key: value for key, value in OTHER.items() if key != "damping_error_percent"}],
+            "predicted[0].damping_error_percent: is missing",
+        ),
         (
             (*CURVE, "frequency_error_percent"),
             None,
@@ -244,7 +261,7 @@ def test_the_preload_of_a_joint_with_a_gap_is_not_fitted(study):
         (table([*POINTS, (1, 330.0, "1e-31")]), ':5: damping_ratio: "1e-31" must be 0 or a numb'),
         (table([*POINTS, (1, 330.0)]), ":5: must have 3 values, as many as keys"),
         (table([]), f"{FILE}: has no row"),
-        (table(POINTS * MOST_POINTS), f"{FILE}: has 30000 points: must have at most 10000"),
+        (table(POINTS * MOST_POINTS), f"{FILE}: must have at most 10000 rows"),
         ('displacement_mm,"frequency', "cannot be read as CSV"),
     ],
 )
@@ -271,6 +288,38 @@ def test_files_that_are_no_regular_files_of_the_study_are_refused(study):
     path.unlink()
     path.write_bytes(b"\xff\xfe")
     assert "is not text in UTF-8" in problems_of(study)[0]
+
+
+def test_rows_are_told_by_words_and_other_columns_hold_anything():
+    head = "sensor,displacement_mm,frequency_Hz,damping_ratio,remark"
+    rows = [
+        ("acc1", 0.1, 100, 0.01, "first"),
+        ("acc2", 0.1, 101, 0.01, ""),
+        (" acc1 ", 0.2, 99, 0.02, "'a;b'"),
+        ("acc3", "", "", "", "not measured"),
+    ]
+    found = read_backbone_table(table(rows, head), "a.csv", {"sensor": "acc1"})
+    assert found.frequency.tolist() == [100, 99]
+    assert found.amplitude == pytest.approx([1e-4, 2e-4])
+    with pytest.raises(TableError, match=r"no row with sensor acc4; sensor is acc1, acc2, acc3$"):
+        read_backbone_table(table(rows, head), "a.csv", {"sensor": "acc4"})
+    with pytest.raises(TableError, match=r'a\.csv:5: displacement_mm: "" must be a number'):
+        read_backbone_table(table(rows, head), "a.csv", {"sensor": "acc3"})
+
+
+def test_curves_held_aside_are_counted_and_need_a_common_scale(study):
+    write_files(study, measured=MEASURED | {"predicted": [OTHER]})
+    loaded = load_study(study)
+    assert loaded.measured_points == {"small": (3, 3)}
+    with_them = estimate.estimate(loaded).seconds
+    write_files(study)
+    assert estimate.estimate(load_study(study)).seconds < with_them
+    head = HEAD.replace("displacement_mm", "displacement_amplitude")
+    own = {"amplitude_scale[mode-1]": {"low": 0.1, "high": 10}}
+    changes = {"parameters": MEASURED["parameters"] | own, "predicted": [OTHER]}
+    write_files(study, table(head=head), measured=MEASURED | changes)
+    (line,) = problems_of(study)
+    assert "predicted[0].file" in line and line.endswith("or parameters must have amplitude_scale")
 
 
 def test_units_scatter_and_rows_of_a_table():

@@ -202,9 +202,9 @@ def test_blocks_are_read_as_the_files_that_they_are(block, study):
     for curve in content.get("measured", {}).get("curves", ()):
         (study / curve["file"]).parent.mkdir(exist_ok=True)
         # its columns stand in a comment beside it
-        (line,) = (line for line in block.text.splitlines() if curve["file"] in line)
+        line = next(line for line in block.text.splitlines() if curve["file"] in line)
         columns = line.split("# ")[1]
-        rows = "\n".join(f"1,{n},100,0.01" for n in range(1, 9))
+        rows = "\n".join(f"{mode},{n},100,0.01" for mode in (1, 2) for n in range(1, 9))
         (study / curve["file"]).write_text(f"{columns.replace(' ', '')}\n{rows}\n")
     read = load_study(study, {"cases": [name], **changes})
     assert list(read.cases) == [name]

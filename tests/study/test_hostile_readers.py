@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from hostile_arguments import assert_refused
-from measured_bar import calibration_of_truth
+from measured_bar import calibration_of_truth, prediction_of_truth
 from small_study import CASE, write_config
 
 from boltjoint import checksums, regular_file
@@ -71,6 +71,7 @@ RESPONSE = xr.Dataset(
     {"sensor": ["end"], "harmonics": [1, 3]},
 )
 CALIBRATION = calibration_of_truth()
+PREDICTION = prediction_of_truth()
 CUBE = np.array([[x, y, z] for z in (0.0, 1.0) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))])
 
 
@@ -139,6 +140,7 @@ CALLS = {
     "tabulate_parameters": (backbones.tabulate_parameters, {"calibration": CALIBRATION}),
     "tabulate_correlation": (backbones.tabulate_correlation, {"calibration": CALIBRATION}),
     "tabulate_residuals": (backbones.tabulate_residuals, {"calibration": CALIBRATION}),
+    "tabulate_prediction": (backbones.tabulate_prediction, {"prediction": PREDICTION}),
     "read_backbone_table": (
         measured.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},

@@ -10,10 +10,10 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.study import load_study
 from boltjoint.joint.io import load_joint
-from boltjoint.study.calibration import CalibratedJoint
+from boltjoint.study.calibrated_joint import CalibratedJoint
 
 FOLDER = "results/cases/small/enriched-8/node-to-node"
-FILE = "config/measured/tip.csv"
+FILE, BEYOND = "config/measured/tip.csv", "config/measured/beyond.csv"
 MEASURED = {
     "basis": "enriched-8",
     "curves": [
@@ -29,6 +29,15 @@ MEASURED = {
         "contact.friction_coefficient": {"low": 0.02, "high": 1},
         "loss_factor": {"low": 5e-4, "high": 0.05},
     },
+    "predicted": [
+        {
+            "file": BEYOND,
+            "name": "beyond",
+            "resonance": 1,
+            "frequency_error_percent": 0.02,
+            "damping_error_percent": 1,
+        }
+    ],
     "starts": 2,
 }
 #: in place of 1e9 N/m, 0.1 and 0.005
@@ -44,14 +53,15 @@ def simulate(folder):
     case = Case.model_validate(CASE | {"measured": MEASURED})
     model = CalibratedJoint(load_joint(folder / FOLDER / "joint.nc"), calibrated_content(case))
     joint, damping = model(TRUTH)
-    amplitudes = np.geomspace(1e-6, 3e-4, 24)
+    amplitudes = np.geomspace(1e-6, 6e-4, 30)
     curves = backbone_at(joint, amplitudes, resonance=1, damping=damping)
-    noise = np.random.default_rng(1).standard_normal((2, 24)) * [[2e-4], [0.01]]
+    noise = np.random.default_rng(1).standard_normal((2, 30)) * [[2e-4], [0.01]]
     f, z = np.array(curves) * (1 + noise)
     rows = [f"{1e3 * a},{x},{y}" for a, x, y in zip(amplitudes, f, z, strict=True)]
     (folder / FILE).parent.mkdir(exist_ok=True)
     head = "displacement_mm,frequency_Hz,damping_ratio"
-    (folder / FILE).write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    for file, own in ((FILE, rows[:25]), (BEYOND, rows[25:])):
+        (folder / file).write_text("\n".join([head, *own]) + "\n", encoding="utf-8")
 
 
 def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
@@ -68,7 +78,10 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
     for name, value in TRUTH.items():
         found = calibration.sel(parameter=name)
         assert found["interval_low"] < value < found["interval_high"]
-    answer = calibration.attrs["answer"]
+    prediction = dataset.load(copied / FOLDER / "calibration/prediction.nc")
+    # two parameters go together beyond the amplitudes that were fitted
+    assert (prediction["points_within"] >= 4).all()
+    answer = f"{calibration.attrs['answer']} {prediction.attrs['answer']}"
     assert f"small: {answer}" in said
     text = (copied / page).read_text(encoding="utf-8")
     lead = text[text.index("<h1") : text.index("<h2")]
@@ -80,6 +93,11 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
     (copied / "config/cases/small.yaml").write_text(fitted, encoding="utf-8")
     contact = load_study(copied).case("small").contact
     assert 0.24 < contact.friction_coefficient < 0.26
+    # what is held aside changes nothing of the fit
+    other = MEASURED | {"predicted": [MEASURED["predicted"][0] | {"damping_error_percent": 2}]}
+    write_config(copied, CASES | {"small": CASE | {"measured": other}})
+    again = {each for each in planned(copied) if "calibration/" in each}
+    assert again == {f"{FOLDER}/calibration/prediction.nc"}
     # another content of the file, whatever its date
     write_config(copied, CASES | {"small": CASE | {"measured": MEASURED}})
     lines = (copied / FILE).read_text(encoding="utf-8").splitlines()

@@ -16,10 +16,37 @@ rule calibrate_joint:
     params:
         library=library("calibrate_joint.py"),
         case=lambda w: calibrated_content(study.case(w.case)),
-        measured=lambda w: study.case(w.case).measured.model_dump(),
+        measured=lambda w: study.case(w.case).measured.model_dump(exclude={"predicted"}),
         files=lambda w: {file: study.hashes[file] for file in measured_files(w.case)},
     script:
         "../scripts/calibrate_joint.py"
+
+
+rule predict_measured:
+    input:
+        joint=lambda w: layout.path("joint", **contents.calibrated(w.case)),
+        calibration=layout.PATHS["calibration"],
+        tables=lambda w: measured_files(w.case, "predicted"),
+    output:
+        prediction=layout.PATHS["prediction"],
+    log:
+        "results/logs/predict_measured/{case}_{basis}_{joint}.log",
+    benchmark:
+        "results/benchmarks/predict_measured/{case}_{basis}_{joint}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
+        runtime=lambda w: resources_of("calibration", w.case)["runtime"],
+    params:
+        library=library("predict_measured.py"),
+        case=lambda w: calibrated_content(study.case(w.case)),
+        measured=lambda w: study.case(w.case).measured.model_dump(),
+        files=lambda w: {
+            file: study.hashes[file] for file in measured_files(w.case, "predicted")
+        },
+    script:
+        "../scripts/predict_measured.py"
 
 
 rule write_fitted_case:
@@ -36,6 +63,8 @@ rule write_fitted_case:
     params:
         library=library("write_fitted_case.py"),
         # what the file says, without the defaults of what it does not
-        case=lambda w: study.case(w.case).model_dump(mode="json", exclude_unset=True),
+        case=lambda w: study.case(w.case).model_dump(
+            mode="json", exclude_unset=True, exclude={"measured"}
+        ),
     script:
         "../scripts/write_fitted_case.py"

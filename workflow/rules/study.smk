@@ -186,9 +186,9 @@ def table_of(sweep):
     return getattr(study.sweeps[sweep].design, "file", None)
 
 
-def measured_files(case):
-    """The tables of the measured backbones of a case."""
-    curves = study.case(case).measured.curves
+def measured_files(case, key="curves"):
+    """The tables of the measured backbones of a case, fitted or ``predicted``."""
+    curves = getattr(study.case(case).measured, key)
     return list(dict.fromkeys(curve.file for curve in curves))
 
 
@@ -232,6 +232,7 @@ def drawn_on_page(case):
         *data("response", case=case),
         *data("backbone", case=case),
         *data("calibration", case=case),
+        *data("prediction", case=case),
         *data("assembly", **of_assembly),
         *data("modes", basis=headline_basis(found), **of_assembly),
         preload_of(case),

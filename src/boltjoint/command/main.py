@@ -53,7 +53,7 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
         if DISPLAYS.of(display).section == SECTION_OF_CALIBRATION
         for path in display.paths
     ]
-    return [*contents.files("calibration", "fitted_case", case=case), *shown]
+    return [*contents.files("calibration", "fitted_case", "prediction", case=case), *shown]
 
 
 #: of the workflow, in a checkout and in an installation

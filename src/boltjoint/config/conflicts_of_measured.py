@@ -88,13 +88,16 @@ def calibrated_content(case: Case) -> dict[str, Any]:
     }
 
 
-def count_points(measured: Measured, files: StudyFiles) -> int:
-    """Number of measured points of all curves, of tables that can be read."""
-    tables = (
-        read_backbone_table(files.table(curve.file), curve.file, curve.rows)
-        for curve in measured.curves
+def count_points(measured: Measured, files: StudyFiles) -> tuple[int, int]:
+    """Numbers of points of all curves, fitted and predicted, of tables that can be read."""
+    fitted, predicted = (
+        sum(
+            read_backbone_table(files.table(curve.file), curve.file, curve.rows).amplitude.size
+            for curve in curves
+        )
+        for curves in (measured.curves, measured.predicted)
     )
-    return sum(table.amplitude.size for table in tables)
+    return fitted, predicted
 
 
 def conflicts_of_measured(
@@ -134,9 +137,9 @@ def _conflicts_of_model(case: Case, settings: Settings | None) -> Problems:
         adapted = settings.contact_adapted_basis.resonances
         if adapted < most:
             most, reason = adapted, f"contact_adapted_basis.resonances of {CONFIG_FILE}"
-    for index, curve in enumerate(measured.curves):
+    for key, curve in measured.all_curves:
         if curve.resonance > most:
-            yield ("curves", index, "resonance"), f"must be at most {most}, {reason}"
+            yield (*key, "resonance"), f"must be at most {most}, {reason}"
 
 
 def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems:
@@ -176,17 +179,16 @@ def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:
     names = [*(sensor.name for sensor in case.sensors), *case.outputs]
     if not names and assembly is not None:
         names = list(assembly.output_names)
-    for index, curve in enumerate(measurement_of(case).curves):
+    for key, curve in measurement_of(case).all_curves:
         if curve.sensor is not None and curve.sensor not in names:
             sentence = f"is no sensor of the case{choice(curve.sensor, names)}"
-            yield ("curves", index, "sensor"), sentence
+            yield (*key, "sensor"), sentence
 
 
 def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
     """Tables that cannot be read, or that do not tell enough."""
     values = 0
-    for index, curve in enumerate(measured.curves):
-        key = "curves", index
+    for key, curve in measured.all_curves:
         try:
             table = read_backbone_table(files.table(curve.file), curve.file, curve.rows)
         except TableError as error:
@@ -200,7 +202,8 @@ def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
             )
             yield (*key, "file"), f"{problem}: must be a CSV file, seen from the folder of config/"
             return
-        values += 2 * table.amplitude.size
+        if key[0] == "curves":
+            values += 2 * table.amplitude.size
         for column, percent, std in (
             ("frequency_std_Hz", "frequency_error_percent", table.frequency_std),
             ("damping_ratio_std", "damping_error_percent", table.damping_std),
@@ -209,10 +212,12 @@ def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
                 sentence = f"is missing: {curve.file} has no column {column}"
                 yield (*key, percent), sentence
         if not table.has_unit and not _is_scaled(curve, measured):
+            own = f"{AMPLITUDE_SCALE}[{curve.label}]"
+            parameter = own if key[0] == "curves" else AMPLITUDE_SCALE
             yield (
                 (*key, "file"),
                 f"tells no unit of the {table.quantity}: its column must end in one, or parameters "
-                f"must have {AMPLITUDE_SCALE}[{curve.label}]",
+                f"must have {parameter}",
             )
     if values < (count := len(measured.parameters)):
         sentence = f"are {count}, more than the {values} measured values: must be at most as many"

@@ -6,9 +6,9 @@ languages write them. A byte-order mark, any ends of lines and blank lines at th
 
 import csv
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from io import StringIO
-from itertools import chain, islice
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
@@ -16,13 +16,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.config.strict_yaml import DECIMAL, LARGEST, LIMITS, SMALLEST, as_text
+from boltjoint.config.strict_yaml import DECIMAL, LARGEST, LIMITS, SMALLEST, as_text, as_word
 from boltjoint.regular_file import UnsuitableFile, read_bytes
 
 Array = NDArray[np.float64]
 
 #: bytes of a file: several million rows
 LARGEST_TABLE = 100_000_000
+#: values of a column that a message tells
+_TOLD = 10
 #: rows that are converted at once
 _ROWS = 10_000
 #: as many lines of so many numbers as are converted at once; no part is tried in another way
@@ -115,8 +117,73 @@ class CsvTable:
             return dict(zip(self.keys, plain.T, strict=True))
         blocks = [np.empty((0, len(self.keys)))]
         while rows := list(islice(self._rows, _ROWS)):
-            blocks.append(self._numbers(rows))
+            for row in rows:
+                self._require_count(row)
+            blocks.append(self._numbers(rows, range(len(self.keys))))
         return dict(zip(self.keys, np.concatenate(blocks).T, strict=True))
+
+    def rows_with(
+        self, values: Mapping[str, float | str], names: Sequence[str], most: int
+    ) -> tuple[dict[str, Array], list[int]]:
+        """The numbers of some columns in the lines where others have a value, read once.
+
+        Parameters
+        ----------
+        values
+            Number or word of columns, by their names; of none for all lines.
+        names
+            The columns of numbers. Cells of others, and of other lines, may hold anything.
+        most
+            Number of such lines, at most.
+
+        Returns
+        -------
+        columns : dict
+            By names.
+        lines : list of int
+            Numbers of the lines.
+
+        Raises
+        ------
+        TableError
+            If the text is no CSV, no line or too many have the values, or a cell is no number.
+        """
+        told = " and ".join(
+            f"{key} {value if isinstance(value, str) else f'{value:g}'}"
+            for key, value in values.items()
+        )
+        told = f" with {told}" if told else ""
+        wanted = {self.keys.index(key): value for key, value in values.items()}
+        places = [self.keys.index(name) for name in names]
+        others: dict[int, dict[str, None]] = {place: {} for place in wanted}
+        chosen = []
+        for row in self._rows:
+            self._require_count(row)
+            cells = {place: row.cells[place].strip(_SPACES) for place in wanted}
+            if all(self._is(cells[place], value) for place, value in wanted.items()):
+                chosen.append(row)
+                if len(chosen) > most:
+                    raise TableError(f"{self.file}: must have at most {most} rows{told}")
+            else:
+                for place, cell in cells.items():
+                    if len(others[place]) < _TOLD:
+                        others[place].setdefault(cell)
+        if not chosen:
+            there = [
+                f"; {self.keys[place]} is {', '.join(map(as_word, cells))}"
+                for place, cells in others.items()
+                if cells
+            ]
+            raise TableError(f"{self.file}: has no row{told}{''.join(there)}")
+        columns = self._numbers(chosen, places).T
+        return dict(zip(names, columns, strict=True)), [row.line for row in chosen]
+
+    def _is(self, cell: str, value: float | str) -> bool:
+        """Whether a cell holds a number or a word."""
+        if isinstance(value, str):
+            return cell == value
+        written = cell.translate(_COMMAS_AS_POINTS) if self._has_decimal_commas else cell
+        return DECIMAL.fullmatch(written) is not None and float(written) == value
 
     def count(self) -> int:
         """Number of lines below the first, without blank ones at the end, of readable columns."""
@@ -155,14 +222,16 @@ class CsvTable:
         except csv.Error as error:
             self._refuse(reader.line_num, f"cannot be read as CSV: {error}")
 
-    def _numbers(self, rows: list[Row]) -> Array:
+    def _require_count(self, row: Row) -> None:
+        """Refuse a line with more or fewer cells than there are names."""
+        if (count := len(row.cells)) != (keys := len(self.keys)):
+            hint = ": are these decimal commas? They need semicolons between cells, or points"
+            sentence = f"must have {keys} values, as many as keys"
+            self._refuse(row.line, sentence + (hint if count == 2 * keys else ""))
+
+    def _numbers(self, rows: list[Row], places: Sequence[int]) -> Array:
         """The numbers of some lines, by line and column."""
-        for row in rows:
-            if (count := len(row.cells)) != (keys := len(self.keys)):
-                hint = ": are these decimal commas? They need semicolons between cells, or points"
-                sentence = f"must have {keys} values, as many as keys"
-                self._refuse(row.line, sentence + (hint if count == 2 * keys else ""))
-        written: Iterable[str] = chain.from_iterable(row.cells for row in rows)
+        written: Iterable[str] = (row.cells[place] for row in rows for place in places)
         kind = "a number"
         if self._has_decimal_commas:
             written = (cell.translate(_COMMAS_AS_POINTS) for cell in written)
@@ -174,11 +243,12 @@ class CsvTable:
             numbers = np.fromiter(map(float, cells), float, len(cells))
             is_limited = _is_limited(numbers)
             if is_limited.all():
-                return numbers.reshape(-1, len(self.keys))
+                return numbers.reshape(-1, len(places))
             first, kind = int(np.argmin(is_limited)), LIMITS
-        place, column = divmod(first, len(self.keys))
-        line, texts = rows[place]
-        self._refuse(line, f"{self.keys[column]}: {as_text(texts[column])} must be {kind}")
+        index, column = divmod(first, len(places))
+        line, texts = rows[index]
+        place = places[column]
+        self._refuse(line, f"{self.keys[place]}: {as_text(texts[place])} must be {kind}")
 
     def _refuse(self, line: int, sentence: str) -> NoReturn:
         raise TableError(f"{self.file}:{line}: {sentence}")

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field
+from pydantic import Discriminator, Field, Tag
 
 from boltjoint import checks
 from boltjoint.config.csv_table import CsvTable, TableError
@@ -33,6 +33,17 @@ AMPLITUDE_SCALE = "amplitude_scale"
 Loss = Literal["linear", "soft_l1", "huber", "cauchy", "arctan"]
 
 _Percent = Annotated[Positive, Field(le=100)]
+_Cell = Annotated[
+    Annotated[Number, Tag("number")]
+    | Annotated[str, Field(min_length=1, max_length=100), Tag("word")],
+    Discriminator(
+        lambda value: (
+            "word" if isinstance(value, str) else "number" if type(value) in (int, float) else None
+        ),
+        custom_error_type="no_values",
+        custom_error_message="must be a number or a word",
+    ),
+]
 
 
 class MeasuredCurve(Entry):
@@ -47,9 +58,9 @@ class MeasuredCurve(Entry):
     """Number of the mode in the model, as of a block of ``solve``."""
     name: Name | None = None
     """Name of the curve; ``mode-N`` by default, with the number of the resonance."""
-    rows: dict[str, Number] = Field({})
-    """Values of other columns, by their names, of the rows that belong to this curve; all rows by
-    default."""
+    rows: dict[str, _Cell] = Field({})
+    """Values of other columns, by their names, of the rows that belong to this curve: numbers, or
+    words as ``sensor: acc1``. All rows by default."""
     sensor: Name | None = None
     """Sensor or output of the case that was measured; by default its output point."""
     frequency_error_percent: _Percent | None = None
@@ -118,6 +129,10 @@ class Measured(Entry):
     ``joint.regions[0].tangential_stiffness`` and ``joint.regions[0].friction_coefficient``, of one
     region to those of the contact; ``amplitude_scale``, or ``amplitude_scale[mode-1]`` of one
     curve, by which measured amplitudes are multiplied."""
+    predicted: Annotated[tuple[MeasuredCurve, ...], Field(max_length=100)] = ()
+    """Backbones of other modes, sensors or amplitudes that are held aside from the fit: what it
+    predicts of them stands beside them, with bands that hold the scatter of the parameters and that
+    of the measurement."""
     basis: ModalBasis | None = None
     """A basis of the case; the first of its ``modes`` by default."""
     joint: Joint = Field("node-to-node", validate_default=True)
@@ -131,15 +146,27 @@ class Measured(Entry):
     """``linear``, least squares, or a robust loss that counts outliers less."""
 
     def conflicts(self) -> Problems:
-        names = [curve.label for curve in self.curves]
-        for index, name in enumerate(names):
-            if name in names[:index]:
-                yield ("curves", index, "name"), f"must not be {name}, as of a curve before it"
-        for key in self.parameters:
-            if key.startswith(f"{AMPLITUDE_SCALE}["):
-                name = key.removeprefix(f"{AMPLITUDE_SCALE}[").removesuffix("]")
-                if name not in names:
-                    yield ("parameters", key), f"is of no curve; there are: {', '.join(names)}"
+        names: list[str] = []
+        for key, curve in self.all_curves:
+            if curve.label in names:
+                yield (*key, "name"), f"must not be {curve.label}, as of a curve before it"
+            names.append(curve.label)
+        fitted = names[: len(self.curves)]
+        for parameter in self.parameters:
+            if parameter.startswith(f"{AMPLITUDE_SCALE}["):
+                name = parameter.removeprefix(f"{AMPLITUDE_SCALE}[").removesuffix("]")
+                if name not in fitted:
+                    sentence = f"is of no curve; there are: {', '.join(fitted)}"
+                    yield ("parameters", parameter), sentence
+
+    @property
+    def all_curves(self) -> tuple[tuple[tuple[str, int], MeasuredCurve], ...]:
+        """Those that are fitted, then those that are predicted, with their places among keys."""
+        return tuple(
+            ((key, index), curve)
+            for key in ("curves", "predicted")
+            for index, curve in enumerate(getattr(self, key))
+        )
 
 
 Array = NDArray[np.float64]
@@ -203,7 +230,7 @@ class BackboneTable:
         return of_frequency, of_damping
 
 
-def read_backbone_table(text: str, file: str, rows: Mapping[str, float]) -> BackboneTable:
+def read_backbone_table(text: str, file: str, rows: Mapping[str, float | str]) -> BackboneTable:
     """The points of a backbone in the text of a CSV file.
 
     Parameters
@@ -211,7 +238,7 @@ def read_backbone_table(text: str, file: str, rows: Mapping[str, float]) -> Back
     text, file
         What the file holds, and its name.
     rows
-        Values of other columns in the rows that belong to it.
+        Numbers or words of other columns in the rows that belong to it.
 
     Raises
     ------
@@ -221,32 +248,26 @@ def read_backbone_table(text: str, file: str, rows: Mapping[str, float]) -> Back
         If an argument is of another kind.
     """
     checks.mapping("rows", rows)
-    rows = {str(key): checks.number(f"{key} of rows", value) for key, value in rows.items()}
+    rows = {
+        str(key): value if isinstance(value, str) else checks.number(f"{key} of rows", value)
+        for key, value in rows.items()
+    }
     table = CsvTable(text, file)
     keys = table.keys
     if again := [key for index, key in enumerate(keys) if key in keys[:index]]:
         raise TableError(f"{file}:1: {again[0]}: must not appear twice")
-    columns = table.columns()
     amplitude = _column_of_amplitude(keys, file)
     for key in (_FREQUENCY, _DAMPING):
-        if key not in columns:
+        if key not in keys:
             raise TableError(f"{file}:1: there must be a column {key}")
     for key in rows:
-        if key not in columns:
+        if key not in keys:
             raise TableError(f"{file}:1: has no column {key}; there are: {', '.join(keys)}")
-    chosen = np.ones(columns[amplitude].size, bool)
-    for key, value in rows.items():
-        chosen &= columns[key] == value
-    if not chosen.any():
-        told = " and ".join(f"{key} {value:g}" for key, value in rows.items())
-        raise TableError(f"{file}: has no row{' with ' if told else ''}{told}")
-    if (count := int(chosen.sum())) > MOST_POINTS:
-        raise TableError(f"{file}: has {count} points: must have at most {MOST_POINTS}")
-    for key in (amplitude, _FREQUENCY, _DAMPING, _FREQUENCY_STD, _DAMPING_STD):
-        if key in columns:
-            _require_range(columns[key], chosen, key, file)
+    own = (amplitude, _FREQUENCY, _DAMPING, _FREQUENCY_STD, _DAMPING_STD)
+    of_curve, lines = table.rows_with(rows, [key for key in own if key in keys], MOST_POINTS)
+    for key, values in of_curve.items():
+        _require_range(values, lines, key, file)
     quantity, factor = AMPLITUDES[amplitude]
-    of_curve = {key: values[chosen] for key, values in columns.items()}
     return BackboneTable(
         of_curve[amplitude] * (1.0 if factor is None else factor),
         quantity,
@@ -271,12 +292,12 @@ def _column_of_amplitude(keys: list[str], file: str) -> str:
     )
 
 
-def _require_range(values: Array, chosen: NDArray[np.bool_], key: str, file: str) -> None:
+def _require_range(values: Array, lines: list[int], key: str, file: str) -> None:
     """Refuse values that are not positive, and ratios of 1 and above."""
-    wrong = chosen & ~(values > 0)
+    wrong = ~(values > 0)
     sentence = "must be greater than 0"
     if key == _DAMPING and not wrong.any():
-        wrong, sentence = chosen & (values >= 1), "must be less than 1: it is a ratio, not percent"
+        wrong, sentence = values >= 1, "must be less than 1: it is a ratio, not percent"
     if wrong.any():
         at = int(np.argmax(wrong))
-        raise TableError(f"{file}:{at + 2}: {key}: {values[at]:g} {sentence}")
+        raise TableError(f"{file}:{lines[at]}: {key}: {values[at]:g} {sentence}")

@@ -153,6 +153,8 @@ def _allowed(field: Schema) -> str:
             return f"list: {_allowed(item)}{once}"
         case {"oneOf": kinds}:
             return " or ".join(dict.fromkeys(map(_allowed, kinds)))
+        case {"additionalProperties": {"oneOf": [{"type": "number"}, {"type": "string"}]}}:
+            return "names of columns, each with a number or a word"
         case {"additionalProperties": {"oneOf": _}}:
             return "keys of the case, each with a list or as below"
         case {"additionalProperties": {"$ref": _}}:

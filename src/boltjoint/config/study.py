@@ -54,8 +54,9 @@ class Study(NumericalOptions):
     """Designs of each sweep: they follow from the rest and from the tables of designs."""
     hashes: InstanceOf[FileHashes] | dict[str, str] = Field({}, exclude=True)
     """Hash of the content of each file that sweeps, assemblies and cases name."""
-    measured_points: dict[str, int] = Field({}, exclude=True)
-    """Number of measured points of each case that has some, where files were checked."""
+    measured_points: dict[str, tuple[int, int]] = Field({}, exclude=True)
+    """Numbers of measured points that are fitted and predicted, of each case that has some, where
+    files were checked."""
 
     @property
     def designs(self) -> dict[str, int]:

@@ -269,8 +269,8 @@ class StudyContent:
                 problems = conflicts_of_convergence(self.settings, cases, self.assemblies)
                 files.note(layers, (with_value(layers.content, *problem) for problem in problems))
 
-    def measured_points(self) -> dict[str, int]:
-        """Number of measured points of each case that runs and has some, if not known before."""
+    def measured_points(self) -> dict[str, tuple[int, int]]:
+        """Numbers of measured points of each case that runs and has some, if not known before."""
         return {
             name: count_points(case.measured, self.files)
             for name, case in self.cases.items()

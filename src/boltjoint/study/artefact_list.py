@@ -261,8 +261,9 @@ class Contents(Responses):
                 yield Artefact("joint", case=case, basis=basis, joint=joint)
                 if joint.reduction is not None:
                     yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
-        if self.study.case(case).measured is not None:
-            for kind in ("calibration", "fitted_case"):
+        if (measured := self.study.case(case).measured) is not None:
+            predicted = ("prediction",) if measured.predicted else ()
+            for kind in ("calibration", "fitted_case", *predicted):
                 yield Artefact(kind, **self.calibrated(case))
         checked, by_differences = set(self.checked(case)), set(self.by_differences(case))
         for response in self.responses(case):

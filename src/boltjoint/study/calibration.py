@@ -1,100 +1,27 @@
 """Calibration of a case: its joint fitted to measured backbones, as a dataset with the answer."""
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.parameters import Parameter, Prior
-from boltjoint.config.case import Case
-from boltjoint.config.conflicts_of_measured import FREQUENCY_RATIO, region_of
-from boltjoint.config.measured import Measured, read_backbone_table
+from boltjoint.calibration.parameters import Prior
+from boltjoint.config.measured import Measured
 from boltjoint.config.units import unit_of
-from boltjoint.config.varied_case import with_values
-from boltjoint.config.varied_keys import path_of, value_at
-from boltjoint.damping import Damping, LossFactor
 from boltjoint.dataset import quantity
-from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
-from boltjoint.joint.rescaled import rescale_contact
-from boltjoint.measurement.signals import UNITS
+from boltjoint.study.calibrated_joint import (
+    CalibratedJoint,
+    fitted_parameters,
+    measured_backbones,
+)
 from boltjoint.study.tables.html import number
-
-#: the quantity of elements by which a friction coefficient acts, where they have none
-_LIMIT = "slip_force"
-
-
-@dataclass(frozen=True)
-class CalibratedJoint:
-    """A joint of a case with other values of its parameters.
-
-    Parameters
-    ----------
-    joint
-        As the case has it.
-    case
-        Content of the case, as ``config.conflicts_of_measured.calibrated_content`` has it.
-    """
-
-    joint: Joint
-    case: Mapping[str, Any]
-
-    @cached_property
-    def base(self) -> Case:
-        """The case."""
-        return Case.model_validate(self.case)
-
-    def value(self, key: str) -> float:
-        """The value of a parameter that the case has: 1 of all ratios."""
-        if key == "loss_factor":
-            return checks.instance("damping", self.base.structural_damping, LossFactor).loss_factor
-        try:
-            return float(value_at(self.case, path_of(key)))
-        except (LookupError, TypeError):
-            return 1.0
-
-    def __call__(self, values: Mapping[str, float]) -> tuple[Joint, Damping]:
-        """The joint and the damping of the structure with these values, by their keys."""
-        of_regions = {key: value for key, value in values.items() if region_of(key) is not None}
-        ratio = values.get(FREQUENCY_RATIO, 1.0)
-        own = {
-            key: value
-            for key, value in values.items()
-            if key not in of_regions and key != FREQUENCY_RATIO
-        }
-        case = Case.model_validate(with_values(self.case, own))
-        before, after = dict(self.base.contact.options), dict(case.contact.options)
-        law, _ = before.pop("law"), after.pop("law")
-        preload = case.nominal_preload / self.base.nominal_preload
-        joint = rescale_contact(self.joint, law, before, after, preload)
-        elements = _with_regions(joint, of_regions)
-        frequency = ratio * joint.natural_frequency
-        joint = replace(joint, law=elements, natural_frequency=frequency)
-        return joint, case.structural_damping
-
-
-def _with_regions(joint: Joint, ratios: Mapping[str, float]) -> ElementLaw:
-    """The elements of a joint with other stiffnesses and friction of some regions."""
-    elements = joint.contact.element_law
-    changed: dict[str, np.ndarray] = {}
-    for key, ratio in ratios.items():
-        named = region_of(key)
-        if named is None:
-            raise ValueError(f"{key} is no parameter of a region")
-        region, quantity = named
-        name = quantity if quantity in elements.quantities else _LIMIT
-        value = changed.setdefault(name, elements.quantity(name).copy())
-        value[elements.point_of_element == region] *= ratio
-    return elements.with_quantities(changed) if changed else elements
-
 
 Array = NDArray[np.float64]
 
@@ -133,23 +60,16 @@ def calibrate(
         If a mode is not in the model, or it cannot be solved at any start.
     """
     model = CalibratedJoint(joint, case)
-    curves, units = measured_backbones(measured, texts)
-    parameters = [
-        Parameter(
-            *(key, bounds.low, bounds.high, bounds.log),
-            _start(model, key, bounds.start, measured),
-            Prior(known.mean, known.standard_deviation) if (known := bounds.prior) else None,
-        )
-        for key, bounds in measured.parameters.items()
-    ]
+    curves, units = measured_backbones(measured.curves, texts)
     options = CalibrationOptions(starts=measured.starts, seed=measured.seed)
+    parameters = fitted_parameters(model, measured).parameters
     calibration = fit(model, curves, parameters, loss=measured.loss, options=options)
     draws, reliability = _draws(calibration)
     stored = xr.Dataset(
         {
             **_of_parameters(calibration, model),
             **_of_curves(calibration, units),
-            **_of_points(calibration),
+            **of_points(calibration.compared.measured, calibration.curves()),
             **_on_grid(calibration),
             **draws,
             "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
@@ -165,46 +85,6 @@ def calibrate(
     }
     stored.attrs["answer"] = answer(stored)
     return stored
-
-
-def measured_backbones(
-    measured: Measured, texts: Mapping[str, str]
-) -> tuple[list[MeasuredBackbone], list[str]]:
-    """The curves of a measurement, from the texts of their files, and units of their amplitudes.
-
-    A unit that the file does not tell is empty.
-    """
-    curves, units = [], []
-    for curve in measured.curves:
-        table = read_backbone_table(texts[curve.file], curve.file, curve.rows)
-        units.append(UNITS.get(table.quantity, "kg^1/2 m") if table.has_unit else "")
-        deviations = table.deviations(
-            curve.frequency_error_percent or 0.0, curve.damping_error_percent or 0.0
-        )
-        curves.append(
-            MeasuredBackbone(
-                table.amplitude,
-                table.frequency,
-                deviations[0],
-                table.damping_ratio,
-                deviations[1],
-                quantity=table.quantity,
-                resonance=curve.resonance,
-                sensor=curve.sensor,
-                name=curve.label,
-            )
-        )
-    return curves, units
-
-
-def _start(
-    model: CalibratedJoint, key: str, start: float | None, measured: Measured
-) -> float | None:
-    """Where the first fit begins: as given, or at the value of the case within the bounds."""
-    if start is not None:
-        return start
-    parameter, own = measured.parameters[key], model.value(key)
-    return own if parameter.low <= own <= parameter.high else None
 
 
 def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str, xr.Variable]:
@@ -273,9 +153,25 @@ def _draws(calibration: Calibration) -> tuple[dict[str, xr.Variable], dict[str, 
 
 
 def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Variable]:
-    measured = calibration.compared.measured
-    tests = calibration.checks_of_curves
+    compared, tests = calibration.compared, calibration.checks_of_curves
     of = ("curve", "curve_quantity")
+    return {
+        **names_of_curves(compared.measured, units, compared.resonances),
+        "rms_error": quantity(of, calibration.rms_errors, "1", "relative, root mean square"),
+        "reduced_chi2": quantity(of, [t.reduced_chi2 for t in tests], "1", "mean square residual"),
+        "size_probability": quantity(
+            of, [t.size_probability for t in tests], "1", "of residuals so large"
+        ),
+        "runs_probability": quantity(
+            of, [t.runs_probability for t in tests], "1", "of so few changes of sign"
+        ),
+    }
+
+
+def names_of_curves(
+    measured: Sequence[MeasuredBackbone], units: list[str], resonances: Sequence[int]
+) -> dict[str, xr.Variable]:
+    """Names of measured curves, their modes, and quantity and unit of their amplitudes."""
     words = {
         "curve": [curve.name for curve in measured],
         "amplitude_quantity": [curve.quantity for curve in measured],
@@ -289,23 +185,16 @@ def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Varia
         "curve_quantity": xr.Variable(
             "curve_quantity", np.array(["frequency", "damping"], dtype=object)
         ),
-        "curve_resonance": quantity(
-            "curve", list(calibration.compared.resonances), "1", "number of the mode"
-        ),
-        "rms_error": quantity(of, calibration.rms_errors, "1", "relative, root mean square"),
-        "reduced_chi2": quantity(of, [t.reduced_chi2 for t in tests], "1", "mean square residual"),
-        "size_probability": quantity(
-            of, [t.size_probability for t in tests], "1", "of residuals so large"
-        ),
-        "runs_probability": quantity(
-            of, [t.runs_probability for t in tests], "1", "of so few changes of sign"
-        ),
+        "curve_resonance": quantity("curve", list(resonances), "1", "number of the mode"),
     }
 
 
-def _of_points(calibration: Calibration) -> dict[str, xr.Variable]:
-    measured, curves = calibration.compared.measured, calibration.curves()
+def of_points(
+    measured: Sequence[MeasuredBackbone], curves: Sequence[Array]
+) -> dict[str, xr.Variable]:
+    """Measured points of all curves, and what the model has there, each (points, 2)."""
     own = np.repeat(np.arange(len(measured)), [curve.amplitude.size for curve in measured])
+    model = np.concatenate(curves)
     return {
         "curve_of_point": quantity("point", own, "1", "place of its curve"),
         "amplitude": quantity(
@@ -319,8 +208,8 @@ def _of_points(calibration: Calibration) -> dict[str, xr.Variable]:
         "damping_deviation": quantity(
             "point", _joined(measured, "damping_deviation"), "1", "standard deviation"
         ),
-        "model_frequency": quantity("point", np.concatenate(curves)[:, 0], "Hz", "of the model"),
-        "model_damping_ratio": quantity("point", np.concatenate(curves)[:, 1], "1", "of the model"),
+        "model_frequency": quantity("point", model[:, 0], "Hz", "of the model"),
+        "model_damping_ratio": quantity("point", model[:, 1], "1", "of the model"),
     }
 
 
@@ -390,6 +279,9 @@ def answer(calibration: xr.Dataset) -> str:
 
 def _with_interval(parameter: xr.Dataset) -> str:
     value, low, high = (
-        number(float(parameter[name]), 3) for name in ("value", "interval_low", "interval_high")
+        float(parameter[name]) for name in ("value", "interval_low", "interval_high")
     )
-    return f"{value} ({low} to {high})"
+    # as many digits as tell the ends apart
+    digits = max(3, 2 + math.ceil(math.log10(abs(value) / (high - low)))) if high > low else 3
+    told, *ends = (number(each, min(digits, 6)) for each in (value, low, high))
+    return f"{told} ({' to '.join(ends)})"

@@ -85,6 +85,8 @@ _PER_JOINT = 12.0
 _PER_POINT, _PER_DERIVATIVE, _EVALUATIONS = 2e-4, 4e-8, 30
 #: evaluations for the profile of a parameter, and for posterior draws with those that find them
 _OF_PROFILE, _DRAWN = 16, 300
+#: posterior draws of which curves are predicted
+_PREDICTED = 200
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -283,7 +285,9 @@ def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob
     # the profile of each parameter, and draws that need no derivatives
     count = len(measured.parameters)
     evaluations = _EVALUATIONS * measured.starts + _OF_PROFILE * count + _DRAWN / (1 + count)
-    seconds = of_point * evaluations * study.measured_points.get(name, 1)
+    fitted, predicted = study.measured_points.get(name, (1, 0))
+    seconds = of_point * evaluations * fitted
+    seconds += (_PER_POINT + _PER_DERIVATIVE * effort) * _PREDICTED * predicted
     key = f"{CASE_FOLDER}/{name}.yaml: measured.starts"
     return EstimatedJob("calibration", name, _SOLVER, seconds, key, f"to fit {name}")
 

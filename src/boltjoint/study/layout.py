@@ -39,6 +39,7 @@ PATHS = {
     "check": _SOLVED + "/check.csv",
     "backbone": _JOINT + "/backbone/resonance={resonance}/backbone.nc",
     "calibration": _JOINT + "/calibration/calibration.nc",
+    "prediction": _JOINT + "/calibration/prediction.nc",
     "fitted_case": _JOINT + "/calibration/fitted.yaml",
     "designs": _SWEEP + "/designs.nc",
     "chunk": _SWEEP + "/chunks/{chunk}.nc",

@@ -24,6 +24,7 @@ _WORDS = {
     "check_responses": "checks of responses",
     "time_by_differences": "times with forward differences",
     "calibrate_joint": "fit to the measurement",
+    "predict_measured": "prediction of what was held aside",
     "list_designs": "designs",
     "solve_designs": "responses of designs",
     "check_sweep": "checks of designs",

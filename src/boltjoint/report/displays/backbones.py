@@ -160,6 +160,20 @@ _OF_CALIBRATION = {
 }
 
 
+def _predicted(contents: Contents) -> Iterator[dict[str, Any]]:
+    """Those of them of which curves are held aside."""
+    for case, configured in contents.study.cases.items():
+        if configured.measured is not None and configured.measured.predicted:
+            yield contents.calibrated(case)
+
+
+_OF_PREDICTION = {
+    **_OF_CALIBRATION,
+    "of": _predicted,
+    "reads": (data_of("prediction", by=["case", "basis", "joint"]),),
+}
+
+
 def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
     return results.dataset("calibration", **artefact.fields)
 
@@ -238,3 +252,32 @@ def residuals(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     from boltjoint.study.tables.backbones import tabulate_residuals
 
     return tabulate_residuals(_of(artefact, results))
+
+
+@figure(
+    "prediction",
+    **_OF_PREDICTION,
+    order=5,
+    title="Measured backbones that were held aside, and what the fit predicts",
+    caption="None of these points was fitted. The band holds 95 % of what would be measured if the "
+    "model were right: by the scatter of the fitted parameters, and that stated of the points.",
+)
+def prediction(artefact: Artefact, results: "Results") -> "Figure":
+    """Measured points and predicted curves."""
+    from boltjoint.report.figures.backbones import plot_prediction
+
+    return plot_prediction(results.dataset("prediction", **artefact.fields))
+
+
+@table(
+    "predicted_curves",
+    **_OF_PREDICTION,
+    order=6,
+    title="curves held aside",
+    caption="The shift is the frequency at the largest amplitude less that at the lowest.",
+)
+def predicted_curves(artefact: Artefact, results: "Results") -> "pd.DataFrame":
+    """Errors, shifts and points within the bands."""
+    from boltjoint.study.tables.backbones import tabulate_prediction
+
+    return tabulate_prediction(results.dataset("prediction", **artefact.fields))

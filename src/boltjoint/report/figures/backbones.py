@@ -207,13 +207,74 @@ def plot_calibration(calibration: xr.Dataset) -> Figure:
         column[0].set_title(name, loc="left")
         for row, names in enumerate(_ROWS):
             _plot_curve(calibration, place, column[2 * row], column[2 * row + 1], *names)
-        quantity = str(calibration["amplitude_quantity"].to_numpy()[place])
-        unit = str(calibration["amplitude_unit"].to_numpy()[place])
-        column[-1].set_xlabel(f"{_WORDS.get(quantity, quantity)} ({unit or 'unit not told'})")
-        column[-1].set_xscale("log")
-        label_decades(column[-1], "x")
+        _label_amplitude(column[-1], calibration, place)
     panels[0, 0].legend(loc="best")
     return figure
+
+
+@figure_style
+def plot_prediction(prediction: xr.Dataset) -> Figure:
+    """Frequency and damping ratio of curves that were held aside, with their bands.
+
+    Parameters
+    ----------
+    prediction
+        ``prediction.nc``.
+    """
+    curves = [str(curve) for curve in prediction["curve"].to_numpy()]
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    panels = figure.subplots(2, len(curves), sharex="col", squeeze=False)
+    for place, curve in enumerate(curves):
+        panels[0, place].set_title(curve, loc="left")
+        points = prediction["curve_of_point"].to_numpy() == place
+        amplitude = prediction["amplitude"].to_numpy()[points]
+        for axes, (name, deviation, label, factor) in zip(panels[:, place], _ROWS, strict=True):
+            measured, scatter, model, low, high = (
+                factor * prediction[variable].to_numpy()[points]
+                for variable in (
+                    *(name, deviation, f"model_{name}"),
+                    *(f"{name}_low", f"{name}_high"),
+                )
+            )
+            colour = REGION_COLOURS[place % len(REGION_COLOURS)]
+            _plot_measured(axes, amplitude, measured, scatter)
+            axes.fill_between(amplitude, low, high, color=colour, alpha=0.3, linewidth=0)
+            label_of_model = "predicted, with the 95 % band of a measurement"
+            axes.plot(amplitude, model, color=colour, label=label_of_model, zorder=3)
+            axes.set_ylabel(label)
+            axes.grid(True)
+        _label_amplitude(panels[-1, place], prediction, place)
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    return figure
+
+
+def _label_amplitude(axes: Axes, dataset: xr.Dataset, place: int) -> None:
+    """The logarithmic axis of the amplitude of a curve."""
+    quantity = str(dataset["amplitude_quantity"].to_numpy()[place])
+    unit = str(dataset["amplitude_unit"].to_numpy()[place])
+    axes.set_xlabel(f"{_WORDS.get(quantity, quantity)} ({unit or 'unit not told'})")
+    axes.set_xscale("log")
+    label_decades(axes, "x")
+
+
+def _plot_measured(
+    axes: Axes,
+    amplitude: NDArray[np.float64],
+    measured: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+) -> None:
+    """Measured points with their stated scatter."""
+    axes.errorbar(
+        amplitude,
+        measured,
+        _REACH * scatter,
+        fmt="o",
+        markersize=3,
+        linewidth=0.8,
+        color="0.45",
+        label="measured, 95 %",
+        zorder=2,
+    )
 
 
 def _plot_curve(
@@ -234,17 +295,7 @@ def _plot_curve(
     measured, scatter, model = (
         calibration[variable].to_numpy()[points] for variable in (name, deviation, f"model_{name}")
     )
-    curve.errorbar(
-        amplitude,
-        factor * measured,
-        _REACH * factor * scatter,
-        fmt="o",
-        markersize=3,
-        linewidth=0.8,
-        color="0.45",
-        label="measured, 95 %",
-        zorder=2,
-    )
+    _plot_measured(curve, amplitude, factor * measured, factor * scatter)
     x, line, band = (
         calibration[variable].to_numpy()[grid]
         for variable in ("grid_amplitude", f"grid_{name}", f"grid_{deviation}")

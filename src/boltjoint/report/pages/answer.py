@@ -105,10 +105,16 @@ def nonlinear_mode(
 
 
 def calibration_answer(name: str, case: Case, results: Results) -> str:
-    """The answer of a calibration in sentences; empty of a case without one."""
-    if case.measured is None or not results.has("calibration", **calibrated_joint(name, case)):
+    """The answers of a calibration and its prediction; empty of a case without one."""
+    if case.measured is None:
         return ""
-    return str(results.dataset("calibration", **calibrated_joint(name, case)).attrs["answer"])
+    fields = calibrated_joint(name, case)
+    kinds = ("calibration", "prediction") if case.measured.predicted else ("calibration",)
+    return " ".join(
+        str(results.dataset(kind, **fields).attrs["answer"])
+        for kind in kinds
+        if results.has(kind, **fields)
+    )
 
 
 def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
@@ -187,5 +193,5 @@ def _fitted(name: str, case: Case) -> str:
     if case.measured is None:
         return ""
     fields = calibrated_joint(name, case)
-    path = layout.path("calibration", **fields)
-    return calibration_answer(name, case, Results([path])) if Path(path).exists() else ""
+    paths = [layout.path(kind, **fields) for kind in ("calibration", "prediction")]
+    return calibration_answer(name, case, Results([path for path in paths if Path(path).exists()]))

@@ -336,6 +336,54 @@ def tabulate_residuals(calibration: xr.Dataset) -> pd.DataFrame:
     )
 
 
+def tabulate_prediction(prediction: xr.Dataset) -> pd.DataFrame:
+    """Curves that were held aside from a fit, beside what it predicts, one row each.
+
+    Parameters
+    ----------
+    prediction
+        ``prediction.nc``.
+
+    Returns
+    -------
+    DataFrame
+        Columns ``curve, resonance, points, frequency_error_percent, damping_error_percent,
+        frequency_in_band, damping_in_band, shift_measured_Hz, shift_predicted_Hz, shift_from_Hz,
+        shift_to_Hz``. Errors are root mean squares. They are empty where the model does not reach
+        the amplitudes.
+
+    Raises
+    ------
+    ValueError
+        If a variable is missing or of another kind.
+    """
+    of = ("curve", "curve_quantity")
+    if (quantities := _words(prediction, "curve_quantity", of[1])) != ["frequency", "damping"]:
+        raise ValueError(f"curve_quantity of prediction is {quantities}: not frequency and damping")
+    errors = 100 * _numbers(prediction, "rms_error", *of)
+    within = _numbers(prediction, "points_within", *of)
+    of_point = checks.index_variable("prediction", prediction, "curve_of_point", ("point",))
+    names = _words(prediction, "curve", "curve")
+    shifts = {"measured": "measured", "predicted": "predicted", "low": "from", "high": "to"}
+    return pd.DataFrame(
+        {
+            "curve": names,
+            "resonance": checks.index_variable(
+                "prediction", prediction, "curve_resonance", ("curve",)
+            ),
+            "points": np.bincount(of_point, minlength=len(names)),
+            "frequency_error_percent": errors[:, 0],
+            "damping_error_percent": errors[:, 1],
+            "frequency_in_band": within[:, 0].astype(int),
+            "damping_in_band": within[:, 1].astype(int),
+            **{
+                f"shift_{to}_Hz": _numbers(prediction, f"shift_{name}", "curve")
+                for name, to in shifts.items()
+            },
+        }
+    )
+
+
 def _numbers(calibration: xr.Dataset, key: str, *dims: str) -> NDArray[np.float64]:
     return checks.variable("calibration", calibration, key, dims, finite=False)
 

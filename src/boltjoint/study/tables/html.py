@@ -185,14 +185,15 @@ def _decimals(name: str, columns: Sequence[pd.Series]) -> int | None:
     """How many decimals suit all numbers of a column, or None where each number has its own."""
     if "±" in name:
         return None  # of two digits, each by itself
-    if name.endswith(("percent", "points", "dB")):
-        return 2
     finite = [
         abs(value)
         for column in columns
         for value in column
         if isinstance(value, float) and math.isfinite(value) and value != 0
     ]
+    if name.endswith(("percent", "points", "dB")):
+        # percentages below a tenth need a digit more, unless they are next to nothing
+        return 3 if finite and 0.005 <= min(finite) < 0.1 else 2
     if not finite or all(float(f"{value:.3g}") == value for value in finite):
         return None  # chosen, not computed: 0.001, 1, 50
     if all(value.is_integer() and value < 1e15 for value in finite):

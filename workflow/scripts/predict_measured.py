@@ -1,0 +1,16 @@
+"""Predict measured backbones that were held aside from the fit of a case."""
+
+from boltjoint import dataset
+from boltjoint.config.csv_table import read_file
+from boltjoint.config.measured import Measured
+from boltjoint.joint.io import load_joint
+from boltjoint.provenance import logs
+from boltjoint.study.prediction import predict
+
+logs.write_to(snakemake.log[0])
+params, files = snakemake.params, snakemake.input
+joint, measured = load_joint(files.joint), Measured.model_validate(params.measured)
+texts = {file: read_file(file) for file in params.files}
+calibration = dataset.load(files.calibration)
+prediction = predict(joint, params.case, measured, texts, calibration)
+dataset.save(prediction, snakemake.output[0], params)
