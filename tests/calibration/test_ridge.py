@@ -36,7 +36,7 @@ def fitted_beside(at, _):
 
 @pytest.fixture(scope="module")
 def ridge():
-    return Ridge.along(0, np.zeros(3), (-1.96, 1.96), (-20, 20), fitted_beside, jacobian)
+    return Ridge.along(0, np.zeros(3), (-1.96, 1.96), BOUNDS, fitted_beside, jacobian)
 
 
 def test_draws_along_a_valley_have_its_mean_and_deviation(ridge):

@@ -100,15 +100,17 @@ class Profiles:
     def proposal(self) -> Proposal:
         """A density of which posterior draws are made: normal, or along a curved valley."""
         bounds = self.compared.space.bounds
-        if not self._curved or self.scaled.size == 1:
-            return of_least_squares(self.cost, self.scaled, self.covariance, bounds)
-        low, high = bounds
-        n = max(self._curved, key=lambda n: float(self.standard_error[n] / (high - low)[n]))
-        return Ridge.along(
-            *(n, self.scaled, self.ends(n), (low[n], high[n])),
-            lambda at, guess: self.fitted_beside(n, at, guess),
-            lambda x: self.compared.residual_and_jacobian(x)[1],
-        )
+        if self._curved and self.scaled.size > 1:
+            share = self.standard_error / np.subtract(*bounds[::-1])
+            n = max(self._curved, key=lambda n: float(share[n]))
+            ridge = Ridge.along(
+                *(n, self.scaled, self.ends(n), bounds),
+                lambda at, guess: self.fitted_beside(n, at, guess),
+                lambda x: self.compared.residual_and_jacobian(x)[1],
+            )
+            if ridge.at.size > 1:
+                return ridge
+        return of_least_squares(self.cost, self.scaled, self.covariance, bounds)
 
     def ends(self, n: int) -> tuple[float, float]:
         """The interval by the profile, computed once."""

@@ -30,6 +30,8 @@ _POINTS, _REACH = 10, 2.0
 _CELLS = 400
 #: density along the valley, and deviations beside it, are wider than those of the approximation
 _POWER, _WIDER = 0.6, 1.3
+#: deviation beside the valley, over the bounds, at most
+_WIDEST = 0.5
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ class Ridge:
         parameter: int,
         best: Array,
         ends: tuple[float, float],
-        bounds: tuple[float, float],
+        bounds: tuple[Array, Array],
         fitted_beside: Callable[[float, Array], tuple[Array, float]],
         jacobian: Callable[[Array], Array],
     ) -> "Ridge":
@@ -75,18 +77,23 @@ class Ridge:
             Place of the one along which it lies.
         best
             All of them.
-        ends, bounds
-            Of its 95 % interval, and beyond which it is not followed.
+        ends
+            Of its 95 % interval.
+        bounds
+            Of all parameters.
         fitted_beside
             All parameters and the cost at a value of it, by a guess; a ``ValueError`` where there
             are none.
         jacobian
             Of the residual, (values, parameters).
         """
+        low, high = bounds
         found = [(float(best[parameter]), *fitted_beside(float(best[parameter]), best))]
-        for end, bound in zip(ends, bounds, strict=True):
+        for end in ends:
             last = best[parameter] + _REACH * (end - best[parameter])
-            last = max(last, bound) if end < best[parameter] else min(last, bound)
+            last = np.clip(last, low[parameter], high[parameter])
+            if last == best[parameter]:
+                continue
             guess = best
             for at in np.linspace(best[parameter], last, _POINTS + 1)[1:]:
                 try:
@@ -96,10 +103,11 @@ class Ridge:
                 found.append((float(at), guess, cost))
         found.sort(key=lambda point: point[0])
         others = np.arange(best.size) != parameter
-        roots = []
+        width, roots = (high - low)[others], []
         for _, x, _ in found:
-            _, s, Vt = np.linalg.svd(jacobian(x)[:, others], full_matrices=False)
-            roots.append(_WIDER * Vt.T / s)
+            # in shares of the bounds, beyond which no direction reaches
+            _, s, Vt = np.linalg.svd(jacobian(x)[:, others] * width, full_matrices=False)
+            roots.append(_WIDER * width[:, None] * Vt.T / np.maximum(s, 1 / _WIDEST))
         at, path, costs = (np.array(each) for each in zip(*found, strict=True))
         return cls(parameter, at, path, costs, np.array(roots))
 
