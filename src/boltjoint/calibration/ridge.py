@@ -29,7 +29,7 @@ _POINTS, _REACH = 10, 2.0
 #: cells in which the density along the valley is constant
 _CELLS = 400
 #: density along the valley, and deviations beside it, are wider than those of the approximation
-_POWER, _WIDER = 0.6, 1.3
+_POWER, _WIDER = 0.6, 1.7
 #: deviation beside the valley, over the bounds, at most
 _WIDEST = 0.5
 
