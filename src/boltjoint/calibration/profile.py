@@ -128,35 +128,35 @@ class Profiles:
 
         The bound where it does not close before.
         """
-        low, high = (bound[n] for bound in self.compared.space.bounds)
-        bound = low if side < 0 else high
-        step = side * self.standard_error[n]
-        least = 2 * self.cost(self.scaled)
-        before = best = float(self.scaled[n])
-        roots, fitted = {best: -QUANTILE}, {best: self.scaled}
+        best = float(self.scaled[n])
+        farthest = abs(best - float(self.compared.space.bounds[side > 0][n]))
+        least, step = 2 * self.cost(self.scaled), float(self.standard_error[n])
+        roots, fitted = {0.0: -QUANTILE}, {0.0: self.scaled}
 
-        def root_less_quantile(at: float) -> float:
+        def root_less_quantile(distance: float) -> float:
             """Root of what the square rises by, less that at the end of the interval."""
-            if at not in roots:
+            if distance not in roots:
                 # from the last fit that is nearer to the best: one beyond may lie in another valley
-                nearer = [other for other in fitted if abs(other - best) < abs(at - best)]
-                guess = fitted[max(nearer, key=lambda other: abs(other - best))]
-                fitted[at], cost = self.fitted_beside(n, at, guess)
-                roots[at] = float(np.sqrt(max(2 * cost - least, 0.0)) - QUANTILE)
-            return roots[at]
+                guess = fitted[max(nearer for nearer in fitted if nearer < distance)]
+                fitted[distance], cost = self.fitted_beside(n, best + side * distance, guess)
+                roots[distance] = float(np.sqrt(max(2 * cost - least, 0.0)) - QUANTILE)
+            return roots[distance]
 
+        before, end = 0.0, farthest
         try:
             for _ in range(_WIDEST_PROFILE):
-                at = float(max(before + step, bound) if side < 0 else min(before + step, bound))
-                if root_less_quantile(at) >= 0:
-                    accuracy = _PROFILE_ACCURACY * abs(at - best)
-                    return float(brentq(root_less_quantile, before, at, xtol=accuracy))
-                if at == bound:
-                    return bound
-                before = at
+                distance = min(before + step, farthest)
+                if root_less_quantile(distance) >= 0:
+                    end = brentq(
+                        root_less_quantile, before, distance, xtol=1e-12, rtol=_PROFILE_ACCURACY
+                    )
+                    break
+                if distance == farthest:
+                    break
+                before = distance
         except ValueError:
-            return bound  # nothing is known beyond
-        return bound
+            pass  # nothing is known beyond
+        return best + side * float(end)
 
     def fitted_beside(self, n: int, at: float, guess: Array) -> tuple[Array, float]:
         """All other parameters fitted beside one that is held, and the least cost.

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 _POINTS, _REACH = 10, 2.0
 #: cells in which the density along the valley is constant
 _CELLS = 400
+#: logarithm of the least density along the valley, so that it is nowhere zero
+_LEAST_LOGARITHM = -500.0
 #: density along the valley, and deviations beside it, are wider than those of the approximation
 _POWER, _WIDER = 0.6, 1.7
 #: deviation beside the valley, over the bounds, at most
@@ -122,7 +124,8 @@ class Ridge:
         # volume of the others beside it, by Laplace
         log_density = np.linalg.slogdet(self.roots)[1] - self.costs
         middle = (edges[1:] + edges[:-1]) / 2
-        own = np.exp(_POWER * (np.interp(middle, self.at, log_density) - log_density.max()))
+        lower = np.interp(middle, self.at, log_density) - log_density.max()
+        own = np.exp(np.maximum(_POWER * lower, _LEAST_LOGARITHM))
         return edges, own / own.sum()
 
     def _nearest(self, at: Array) -> NDArray[np.intp]:
