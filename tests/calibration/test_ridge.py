@@ -36,16 +36,16 @@ def fitted_beside(at, _):
 
 @pytest.fixture(scope="module")
 def ridge():
-    return Ridge.along(0, np.zeros(3), (-1.96, 1.96), BOUNDS, fitted_beside, jacobian)
+    return Ridge.along(0, np.zeros(3), 0.0, (-1.96, 1.96), BOUNDS, fitted_beside, jacobian)
 
 
 def test_draws_along_a_valley_have_its_mean_and_deviation(ridge):
-    draws = importance_draws(cost, ridge, BOUNDS, 4000, 1)
+    draws = importance_draws(cost, ridge, BOUNDS, 20_000, 1)
     assert draws.pareto_k < 0.3
-    assert draws.effective > 2000
+    assert draws.effective > 10_000
     # those of a normal variable, and of its square
-    assert draws.scaled.mean(axis=0) == pytest.approx([0, 1, 0], abs=0.1)
-    assert draws.scaled.std(axis=0) == pytest.approx([1, np.sqrt(2), 1], rel=0.07)
+    assert draws.scaled.mean(axis=0) == pytest.approx([0, 1, 0], abs=0.05)
+    assert draws.scaled.std(axis=0) == pytest.approx([1, np.sqrt(2), 1], rel=0.04)
     # which the normal approximation at the best fit misses
     covariance = np.diag([1, BESIDE**2, 1])
     normal = of_least_squares(cost, np.zeros(3), covariance, BOUNDS).draw(
@@ -94,3 +94,23 @@ def test_intervals_are_those_of_profiles_where_the_sum_of_squares_is_no_parabola
     drawn = np.quantile(draws.scaled[:, 0], [0.025, 0.975])
     expected = np.log(found.interval("tangential_stiffness"))
     assert np.ptp(drawn) == pytest.approx(np.ptp(expected), rel=0.35)
+
+
+def test_a_best_fit_at_a_bound_has_intervals_and_draws():
+    curves, amplitudes = true_curves()
+    by_name = {parameter.name: parameter for parameter in PARAMETERS}
+    # bounds that do not hold the value that the curve was made with
+    chi = Parameter("chi", -0.95, -0.55, logarithmic=False, start=-0.6)
+    parameters = [
+        replace(by_name[name], start=TRUTH[name])
+        for name in ("tangential_stiffness", "slip_force", "loss_factor")
+    ]
+    found = boltjoint.fit(
+        MODEL, curve_of(curves, amplitudes, resonance=1), [*parameters, chi], options=FAST
+    )
+    assert found.scaled[3] == pytest.approx(-0.55, abs=1e-6)
+    assert found.undetermined == ("chi",)
+    assert found.reason("chi") == "the best fit lies at its bound -0.55"
+    draws = found.draws(100)
+    assert draws.scaled.shape == (100, 4)
+    assert np.all(draws.scaled[:, 3] <= -0.55)

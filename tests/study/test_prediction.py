@@ -57,6 +57,19 @@ def test_amplitudes_that_the_model_does_not_reach_are_said(monkeypatch):
     assert np.isnan(table["frequency_error_percent"]).all() and (table["points"] == 20).all()
 
 
+def test_bands_that_no_draw_or_few_make_are_said():
+    text = written(backbone(TRUTH, 2, OF_SECOND), amplitudes=OF_SECOND)
+    case, calibration = case_with(predicted=[SECOND]), calibration_of_truth()
+    none = calibration.isel(draw=slice(0))
+    none.attrs = calibration.attrs | {"pareto_k": np.inf}
+    said = predicted(case, none, text).attrs["answer"]
+    assert "without bands: no posterior draw reaches its amplitudes" in said
+    assert "(Pareto k without limit)" in said
+    one_point = "\n".join(text.splitlines()[:2]) + "\n"
+    said = predicted(case, calibration, one_point).attrs["answer"]
+    assert "of 1 points within the 95 % bands." in said and "shifts" not in said
+
+
 def test_draws_that_do_not_stand_for_the_posterior_are_said():
     calibration = calibration_of_truth().copy()
     calibration.attrs = calibration.attrs | {"pareto_k": 0.9}

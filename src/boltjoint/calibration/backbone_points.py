@@ -174,7 +174,7 @@ def solve_points(
         for n, (low, high, difference) in enumerate(neighbours, start=1):
             change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
             right[:-1, n] = -change / difference
-        slope = np.asarray(np.linalg.solve(matrix, right), float)
+        slope = _solved(matrix, right)
         real, imaginary = physical[-3:-1]
         w, zeta = np.sqrt(real), imaginary / (2 * real)
         d_real, d_imaginary = mode.equations.scale * slope[-3:-1]
@@ -213,7 +213,14 @@ def _by_amplitude(matrix: Array) -> Array:
     """Derivative of the unknown by ln(amplitude), (unknowns, 1)."""
     right = np.zeros((len(matrix), 1))
     right[-1] = 1.0
-    return np.asarray(np.linalg.solve(matrix, right), float)
+    return _solved(matrix, right)
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), float)
+    except np.linalg.LinAlgError:
+        raise NotReached("the matrix of a mode is singular") from None
 
 
 def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, Array]:
@@ -237,14 +244,15 @@ def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, 
 
 
 def neighbours_of(
-    mode_of: Callable[[Array], SensedMode], scaled: Array
+    mode_of: Callable[[Array], SensedMode], scaled: Array, bounds: tuple[Array, Array]
 ) -> list[tuple[SensedMode, SensedMode, float]]:
-    """The mode on both sides of each parameter, for ``solve_points``."""
+    """The mode on both sides of each parameter within its bounds, for ``solve_points``."""
     pairs = []
     for n in range(scaled.size):
         step = _STEP * max(abs(scaled[n]), 1.0)
         low, high = scaled.copy(), scaled.copy()
-        low[n] -= step
-        high[n] += step
+        # beyond its bounds a parameter may mean nothing
+        low[n] = max(low[n] - step, min(bounds[0][n], low[n]))
+        high[n] = min(high[n] + step, max(bounds[1][n], high[n]))
         pairs.append((mode_of(low), mode_of(high), high[n] - low[n]))
     return pairs

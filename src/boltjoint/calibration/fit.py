@@ -12,7 +12,7 @@ from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
-from boltjoint.calibration.residuals import Model, ModelCurves
+from boltjoint.calibration.residuals import Evaluator, Model, ModelCurves
 from boltjoint.config.measured import AMPLITUDE_SCALE, Loss
 from boltjoint.damping import Damping
 from boltjoint.joint.model import Joint
@@ -22,9 +22,6 @@ Array = NDArray[np.float64]
 
 #: losses of ``scipy.optimize.least_squares``
 LOSSES = get_args(Loss)
-
-#: residual, in standard deviations, of a model that refuses its parameters
-_REFUSED = 1e6
 
 
 @dataclass(frozen=True)
@@ -141,7 +138,7 @@ def _least_squares(
     compared: ModelCurves, start: Array, loss: str, options: CalibrationOptions
 ) -> OptimizeResult | None:
     """The fit from one start; None where the model cannot be solved there."""
-    evaluator = _Evaluator(compared)
+    evaluator = Evaluator(compared)
     try:
         evaluator.at(start)
     except ValueError:
@@ -159,28 +156,3 @@ def _least_squares(
         gtol=None,
         max_nfev=options.maximum_evaluations,
     )
-
-
-class _Evaluator:
-    """Residual and Jacobian at the same parameters, computed once."""
-
-    def __init__(self, compared: ModelCurves) -> None:
-        self._compared = compared
-        self._x: Array | None = None
-        self._last: tuple[Array, Array] = np.zeros(0), np.zeros((0, 0))
-
-    def at(self, x: Array) -> tuple[Array, Array]:
-        if self._x is None or not np.array_equal(x, self._x):
-            self._last = self._compared.residual_and_jacobian(x)
-            self._x = x.copy()
-        return self._last
-
-    def residual(self, x: Array) -> Array:
-        try:
-            return self.at(x)[0]
-        except ValueError:
-            # a step beyond where the model has a mode is rejected
-            return np.full(self._last[0].size, _REFUSED)
-
-    def jacobian(self, x: Array) -> Array:
-        return self.at(x)[1]

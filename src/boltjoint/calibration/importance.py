@@ -93,13 +93,16 @@ def importance_draws(
     random = np.random.default_rng(seed)
     drawn = _Draws(cost, bounds)
     drawn.add(proposal, count // 2, random)
+    is_left = False
     for n in range(1, _MOST_ROUNDS):
         weight = drawn.weights()
         is_enough = pareto_shape(weight) < _RELIABLE and _effective(weight) > count / 2
         if n >= _FEWEST_ROUNDS and is_enough:
             break
-        is_good = _effective(weight) > _SHARE * weight.size
-        drawn.add(proposal if is_good else drawn.density(), count // 2, random)
+        is_left = is_left or _effective(weight) < _SHARE * weight.size
+        # one round at least reaches where the proposal may not
+        is_normal = is_left or n == 1
+        drawn.add(drawn.density() if is_normal else proposal, count // 2, random)
     weight = drawn.weights()
     if not weight.any():
         return ImportanceDraws(np.empty((0, bounds[0].size)), np.inf, 0.0)
@@ -115,17 +118,25 @@ def of_least_squares(
     squared, vectors = np.linalg.eigh(covariance / np.outer(width, width))
     deviations = np.clip(np.sqrt(np.maximum(squared, 0.0)), _SMALLEST, 0.5)
     axes = width[:, None] * vectors * deviations
-    return _Normal(centre, axes * _lengths(cost, centre, axes))
+    return _Normal(centre, axes * _lengths(cost, centre, axes, bounds))
 
 
-def _lengths(cost: Callable[[Array], float], centre: Array, axes: Array) -> Array:
-    """How far along each axis the cost rises as one standard deviation does, at most the axis."""
+def _lengths(
+    cost: Callable[[Array], float], centre: Array, axes: Array, bounds: tuple[Array, Array]
+) -> Array:
+    """How far along each axis the cost rises as one standard deviation does, at most the axis.
+
+    Beyond the bounds it is not asked for.
+    """
     least, lengths = cost(centre), np.ones(axes.shape[1])
     for n, axis in enumerate(axes.T):
         for sign in (-1, 1):
             while lengths[n] > _SMALLEST:
+                at = centre + sign * lengths[n] * axis
+                if np.any(at < bounds[0]) or np.any(at > bounds[1]):
+                    break
                 try:
-                    rise = cost(centre + sign * lengths[n] * axis) - least
+                    rise = cost(at) - least
                 except ValueError:
                     rise = np.inf
                 if rise <= _RISE:

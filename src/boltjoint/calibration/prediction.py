@@ -17,7 +17,10 @@ _ENDS = (0.025, 0.975)
 
 
 class Shift(NamedTuple):
-    """Change of a frequency [Hz], as measured and predicted, and ends of its 95 % interval."""
+    """Change of a frequency [Hz], as measured and predicted, and ends of its 95 % interval.
+
+    The interval is that of a measurement whose points err independently of each other.
+    """
 
     measured: float
     predicted: float
@@ -101,7 +104,7 @@ def predict_curves(
     seed
         Of the scatter of the measurement.
     """
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng([seed, 1])
     predicted = []
     for measured, resonance in zip(compared.measured, compared.resonances, strict=True):
         alone = replace(compared, measured=(measured,))

@@ -10,7 +10,7 @@ from scipy.optimize import brentq, least_squares
 from scipy.stats import norm
 
 from boltjoint.calibration.importance import Proposal, of_least_squares
-from boltjoint.calibration.residuals import ModelCurves
+from boltjoint.calibration.residuals import Evaluator, ModelCurves
 from boltjoint.calibration.ridge import Ridge
 
 Array = NDArray[np.float64]
@@ -104,7 +104,7 @@ class Profiles:
             share = self.standard_error / np.subtract(*bounds[::-1])
             n = max(self._curved, key=lambda n: float(share[n]))
             ridge = Ridge.along(
-                *(n, self.scaled, self.ends(n), bounds),
+                *(n, self.scaled, self.cost(self.scaled), self.ends(n), bounds),
                 lambda at, guess: self.fitted_beside(n, at, guess),
                 lambda x: self.compared.residual_and_jacobian(x)[1],
             )
@@ -126,10 +126,11 @@ class Profiles:
     def end(self, n: int, side: int) -> float:
         """The end of the interval below (-1) or above (1), in the scale of the parameter.
 
-        The bound where it does not close before.
+        The bound where it does not close before, or cannot be followed further.
         """
         best = float(self.scaled[n])
-        farthest = abs(best - float(self.compared.space.bounds[side > 0][n]))
+        bound = float(self.compared.space.bounds[side > 0][n])
+        farthest = abs(best - bound)
         least, step = 2 * self.cost(self.scaled), float(self.standard_error[n])
         roots, fitted = {0.0: -QUANTILE}, {0.0: self.scaled}
 
@@ -142,26 +143,28 @@ class Profiles:
                 roots[distance] = float(np.sqrt(max(2 * cost - least, 0.0)) - QUANTILE)
             return roots[distance]
 
-        before, end = 0.0, farthest
-        try:
-            for _ in range(_WIDEST_PROFILE):
-                distance = min(before + step, farthest)
-                if root_less_quantile(distance) >= 0:
+        before = 0.0
+        for _ in range(_WIDEST_PROFILE):
+            distance = min(before + step, farthest)
+            try:
+                is_beyond = root_less_quantile(distance) >= 0
+                if is_beyond:
                     end = brentq(
                         root_less_quantile, before, distance, xtol=1e-12, rtol=_PROFILE_ACCURACY
                     )
-                    break
-                if distance == farthest:
-                    break
-                before = distance
-        except ValueError:
-            pass  # nothing is known beyond
-        return best + side * float(end)
+                    return best + side * float(end)
+            except ValueError:
+                step /= 4  # no fit so far away
+                continue
+            if distance == farthest:
+                break
+            before, step = distance, 2 * step
+        return bound
 
     def fitted_beside(self, n: int, at: float, guess: Array) -> tuple[Array, float]:
         """All other parameters fitted beside one that is held, and the least cost.
 
-        A ``ValueError`` where the model refuses the parameters, or those near them.
+        A ``ValueError`` where the model refuses the guess.
         """
         free = np.arange(guess.size) != n
 
@@ -174,10 +177,12 @@ class Profiles:
             return whole(guess[free]), self.cost(whole(guess[free]))
         low, high = self.compared.space.bounds
         inside = np.clip(guess, low + 1e-9 * (high - low), high - 1e-9 * (high - low))
+        evaluator = Evaluator(self.compared)
+        evaluator.at(whole(inside[free]))
         fit = least_squares(
-            lambda x: self.compared.residual(whole(x)),
+            lambda x: evaluator.residual(whole(x)),
             inside[free],
-            jac=lambda x: self.compared.residual_and_jacobian(whole(x))[1][:, free],
+            jac=lambda x: evaluator.jacobian(whole(x))[:, free],
             bounds=(low[free], high[free]),
             x_scale="jac",
             loss=self.loss,

@@ -168,7 +168,7 @@ class ModelCurves:
                 return self._mode(at, n)
 
             factor, places = self._amplitude_scale(scaled, curve.name)
-            near = neighbours_of(mode_of, scaled) if slopes else ()
+            near = neighbours_of(mode_of, scaled, self.space.bounds) if slopes else ()
             points = solve_points(mode_of(scaled), factor * levels, near)
             by_parameter = points.by_parameter.copy()
             for place, by_scaled in places if slopes else ():
@@ -204,6 +204,38 @@ class ModelCurves:
                 factor *= value
                 places.append((n, 1.0 if parameter.logarithmic else 1 / value))
         return factor, places
+
+
+#: residual, in standard deviations, of a model that refuses its parameters
+_REFUSED = 1e6
+
+
+class Evaluator:
+    """Residual and Jacobian at the same parameters, computed once, for least squares."""
+
+    def __init__(self, compared: ModelCurves) -> None:
+        self._compared = compared
+        self._x: Array | None = None
+        self._last: tuple[Array, Array] = np.zeros(0), np.zeros((0, 0))
+
+    def at(self, x: Array) -> tuple[Array, Array]:
+        """Both; a ``ValueError`` where the model refuses the parameters."""
+        if self._x is None or not np.array_equal(x, self._x):
+            self._last = self._compared.residual_and_jacobian(x)
+            self._x = x.copy()
+        return self._last
+
+    def residual(self, x: Array) -> Array:
+        """The residual, too large to be accepted where the model refuses the parameters."""
+        try:
+            return self.at(x)[0]
+        except ValueError:
+            # a step beyond where the model has a mode is rejected
+            return np.full(self._last[0].size, _REFUSED)
+
+    def jacobian(self, x: Array) -> Array:
+        """Its Jacobian, of parameters that were accepted."""
+        return self.at(x)[1]
 
 
 #: probability below which a residual is no chance

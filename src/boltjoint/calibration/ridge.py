@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PchipInterpolator
 
 from boltjoint.calibration.importance import student_draws, student_log_density
 
@@ -32,6 +32,8 @@ _CELLS = 400
 _LEAST_LOGARITHM = -500.0
 #: density along the valley, and deviations beside it, are wider than those of the approximation
 _POWER, _WIDER = 0.6, 1.7
+#: length of a side over the bounds, below which there is none
+_SHORTEST = 1e-3
 #: deviation beside the valley, over the bounds, at most
 _WIDEST = 0.5
 
@@ -66,6 +68,7 @@ class Ridge:
         cls,
         parameter: int,
         best: Array,
+        cost: float,
         ends: tuple[float, float],
         bounds: tuple[Array, Array],
         fitted_beside: Callable[[float, Array], tuple[Array, float]],
@@ -77,8 +80,8 @@ class Ridge:
         ----------
         parameter
             Place of the one along which it lies.
-        best
-            All of them.
+        best, cost
+            All of them at the best fit, and the cost there.
         ends
             Of its 95 % interval.
         bounds
@@ -90,19 +93,19 @@ class Ridge:
             Of the residual, (values, parameters).
         """
         low, high = bounds
-        found = [(float(best[parameter]), *fitted_beside(float(best[parameter]), best))]
+        found = [(float(best[parameter]), best, cost)]
         for end in ends:
             last = best[parameter] + _REACH * (end - best[parameter])
             last = np.clip(last, low[parameter], high[parameter])
-            if last == best[parameter]:
-                continue
+            if abs(last - best[parameter]) < _SHORTEST * (high - low)[parameter]:
+                continue  # the best fit lies at a bound
             guess = best
             for at in np.linspace(best[parameter], last, _POINTS + 1)[1:]:
                 try:
-                    guess, cost = fitted_beside(float(at), guess)
+                    guess, at_least = fitted_beside(float(at), guess)
                 except ValueError:
                     break
-                found.append((float(at), guess, cost))
+                found.append((float(at), guess, at_least))
         found.sort(key=lambda point: point[0])
         others = np.arange(best.size) != parameter
         width, roots = (high - low)[others], []
@@ -114,8 +117,8 @@ class Ridge:
         return cls(parameter, at, path, costs, np.array(roots))
 
     @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self.at, self.path)
+    def _curve(self) -> PchipInterpolator:
+        return PchipInterpolator(self.at, self.path)
 
     @cached_property
     def _cells(self) -> tuple[Array, Array]:
@@ -137,7 +140,7 @@ class Ridge:
         cell = random.choice(_CELLS, count, p=share)
         at = random.uniform(edges[cell], edges[cell + 1])
         standard = student_draws(count, self.path.shape[1] - 1, random)
-        drawn = self._spline(at)
+        drawn = self._curve(at)
         others = np.arange(drawn.shape[1]) != self.parameter
         drawn[:, others] += np.einsum("dij,dj->di", self.roots[self._nearest(at)], standard)
         drawn[:, self.parameter] = at
@@ -152,7 +155,7 @@ class Ridge:
         cell = np.clip(np.searchsorted(edges, clipped, "right") - 1, 0, _CELLS - 1)
         along = np.log(share[cell] / (edges[1] - edges[0]))
         others = np.arange(draws.shape[1]) != self.parameter
-        off = draws[:, others] - self._spline(clipped)[:, others]
+        off = draws[:, others] - self._curve(clipped)[:, others]
         roots = self.roots[self._nearest(clipped)]
         standard = np.linalg.solve(roots, off[:, :, None])[:, :, 0]
         beside = student_log_density(standard) - np.linalg.slogdet(roots)[1]

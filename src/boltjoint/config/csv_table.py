@@ -171,6 +171,7 @@ class CsvTable:
         if not chosen:
             there = [
                 f"; {self.keys[place]} is {', '.join(map(as_word, cells))}"
+                + (", ..." if len(cells) == _TOLD else "")
                 for place, cells in others.items()
                 if cells
             ]

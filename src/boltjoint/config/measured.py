@@ -132,7 +132,7 @@ class Measured(Entry):
     predicted: Annotated[tuple[MeasuredCurve, ...], Field(max_length=100)] = ()
     """Backbones of other modes, sensors or amplitudes that are held aside from the fit: what it
     predicts of them stands beside them, with bands that hold the scatter of the parameters and that
-    of the measurement."""
+    of the measurement. Of scales of amplitudes only ``amplitude_scale`` is theirs too."""
     basis: ModalBasis | None = None
     """A basis of the case; the first of its ``modes`` by default."""
     joint: Joint = Field("node-to-node", validate_default=True)

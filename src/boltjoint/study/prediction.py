@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 _SHIFTS = {
     "measured": "change of the frequency over the amplitude, measured",
     "predicted": "the same of the model",
-    "low": "lower end of its 95 % interval",
-    "high": "upper end of its 95 % interval",
+    "low": "lower end of the 95 % interval of a measurement",
+    "high": "upper end of the same",
 }
 #: Pareto k above which draws do not stand for the posterior
 _RELIABLE = 0.7
@@ -81,7 +81,7 @@ def predict(
             **_bands(predicted),
             **_errors(predicted),
         },
-        attrs={"pareto_k": calibration.attrs["pareto_k"]},
+        attrs={"pareto_k": calibration.attrs["pareto_k"], "draws": len(draws)},
     )
     stored.attrs["answer"] = answer(stored)
     return stored
@@ -126,7 +126,7 @@ def answer(prediction: xr.Dataset) -> str:
     prediction
         ``prediction.nc``.
     """
-    of_point = prediction["curve_of_point"].to_numpy()
+    of_point, drawn = prediction["curve_of_point"].to_numpy(), prediction.attrs["draws"]
     sentences = []
     for n, name in enumerate(map(str, prediction["curve"].to_numpy())):
         curve = prediction.isel(curve=n)
@@ -134,18 +134,27 @@ def answer(prediction: xr.Dataset) -> str:
         if np.isnan(f):
             sentences.append(f"{name} cannot be predicted: the model does not reach its amplitudes")
             continue
+        said = f"{name} is off by {number(f, 2)} % in frequency and {number(z, 2)} % in damping"
+        reached, points = int(curve["draws_reached"]), int((of_point == n).sum())
+        if reached == 0:
+            sentences.append(
+                f"{said} (rms), without bands: no posterior draw reaches its amplitudes"
+            )
+            continue
         within = " and ".join(f"{count:g}" for count in curve["points_within"].to_numpy())
-        shift = {key: number(float(curve[f"shift_{key}"]), 2) for key in Shift._fields}
-        sentences.append(
-            f"{name} is off by {number(f, 2)} % in frequency and {number(z, 2)} % in damping, rms, "
-            f"with {within} of {int((of_point == n).sum())} points within the 95 % bands; its "
-            f"frequency shifts by {shift['predicted']} Hz ({shift['low']} to {shift['high']} Hz) "
-            f"over the amplitudes, measured {shift['measured']} Hz"
-        )
+        by = f" of {reached} of {drawn} draws" if reached < drawn else ""
+        said += f", rms, with {within} of {points} points within the 95 % bands{by}"
+        if points > 1:
+            shift = {key: number(float(curve[f"shift_{key}"]), 2) for key in Shift._fields}
+            said += (
+                f"; its frequency shifts by {shift['predicted']} Hz ({shift['low']} to "
+                f"{shift['high']} Hz) over the amplitudes, measured {shift['measured']} Hz"
+            )
+        sentences.append(said)
     told = f"Predicted, not fitted: {'; '.join(sentences)}."
     if (shape := prediction.attrs["pareto_k"]) > _RELIABLE:
         told += (
             " The bands are not reliable: posterior draws do not stand for the posterior "
-            f"(Pareto k {number(shape, 2)})."
+            f"(Pareto k {number(shape, 2) if np.isfinite(shape) else 'without limit'})."
         )
     return told
