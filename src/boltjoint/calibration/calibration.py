@@ -242,8 +242,7 @@ class Calibration:
     def rms_errors(self) -> list[tuple[float, float]]:
         """Root mean square of the relative errors of frequency and damping of each curve."""
         pairs = zip(self.compared.measured, self.curves(), strict=True)
-        squares = (np.mean((curves / curve.values - 1) ** 2, axis=0) for curve, curves in pairs)
-        return [(float(np.sqrt(f)), float(np.sqrt(z))) for f, z in squares]
+        return [curve.rms_errors(model) for curve, model in pairs]
 
     @cached_property
     def checks_of_curves(self) -> tuple[CurveCheck, ...]:

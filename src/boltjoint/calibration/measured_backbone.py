@@ -86,6 +86,17 @@ class MeasuredBackbone:
         """Standard deviations of the values, shape (points, 2)."""
         return np.column_stack([self.frequency_deviation, self.damping_deviation])
 
+    def rms_errors(self, model: Array) -> tuple[float, float]:
+        """Root mean square of the relative errors of frequency and damping of a model.
+
+        Parameters
+        ----------
+        model
+            Frequency [Hz] and damping ratio at the amplitudes, shape (points, 2).
+        """
+        f, z = np.sqrt(np.mean((model / self.values - 1) ** 2, axis=0))
+        return float(f), float(z)
+
     @classmethod
     def of(
         cls,

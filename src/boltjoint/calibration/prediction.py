@@ -70,8 +70,7 @@ class PredictedCurve:
     @property
     def rms_errors(self) -> tuple[float, float]:
         """Root mean square of the relative errors of frequency and damping."""
-        f, z = np.sqrt(np.mean((self.curve / self.measured.values - 1) ** 2, axis=0))
-        return float(f), float(z)
+        return self.measured.rms_errors(self.curve)
 
     @property
     def shift(self) -> Shift:
@@ -105,12 +104,14 @@ def predict_curves(
         Of the scatter of the measurement.
     """
     random = np.random.default_rng([seed, 1])
+    # draws that were chosen several times are solved once
+    different, place = np.unique(drawn, axis=0, return_inverse=True)
     predicted = []
     for measured, resonance in zip(compared.measured, compared.resonances, strict=True):
         alone = replace(compared, measured=(measured,))
         curve = _curve_at(alone, best)
-        points = [_curve_at(alone, scaled) for scaled in drawn]
-        reached = [point for point in points if point is not None]
+        points = [_curve_at(alone, scaled) for scaled in different]
+        reached = [points[n] for n in place.ravel() if points[n] is not None]
         draws = np.array(reached).reshape(-1, *measured.values.shape)
         noise = random.standard_normal(draws.shape) * measured.deviations
         curve = np.full(measured.values.shape, np.nan) if curve is None else curve

@@ -24,7 +24,7 @@ _NEAR_PARABOLA = 0.3
 #: accuracy of the end of a profile, over its distance
 _PROFILE_ACCURACY = 0.02
 
-#: standard errors by which a profile is followed on each side, at most
+#: steps of a profile on each side, at most: each is twice as long as that before
 _WIDEST_PROFILE = 12
 
 #: losses of ``scipy.optimize.least_squares``, by squares over that of their scale
@@ -66,6 +66,11 @@ class Profiles:
         return 0.5 * self.robust_scale**2 * float(np.sum(_LOSSES[self.loss](square)))
 
     @cached_property
+    def least(self) -> float:
+        """The cost at the best fit."""
+        return self.cost(self.scaled)
+
+    @cached_property
     def intervals(self) -> Array:
         """Ends of the 95 % interval of each parameter in its scale, (parameters, 2).
 
@@ -85,12 +90,11 @@ class Profiles:
     def _is_parabola(self, n: int) -> bool:
         low, high = self.compared.space.bounds
         reach = QUANTILE * self.covariance[:, n] / self.standard_error[n]
-        least = self.cost(self.scaled)
         for at in (self.scaled - reach, self.scaled + reach):
             if np.any(at < low) or np.any(at > high):
                 return False
             try:
-                rise = 2 * (self.cost(at) - least)
+                rise = 2 * (self.cost(at) - self.least)
             except ValueError:
                 return False
             if abs(rise / QUANTILE**2 - 1) > _NEAR_PARABOLA:
@@ -104,7 +108,7 @@ class Profiles:
             share = self.standard_error / np.subtract(*bounds[::-1])
             n = max(self._curved, key=lambda n: float(share[n]))
             ridge = Ridge.along(
-                *(n, self.scaled, self.cost(self.scaled), self.ends(n), bounds),
+                *(n, self.scaled, self.least, self.ends(n), bounds),
                 lambda at, guess: self.fitted_beside(n, at, guess),
                 lambda x: self.compared.residual_and_jacobian(x)[1],
             )
@@ -131,7 +135,7 @@ class Profiles:
         best = float(self.scaled[n])
         bound = float(self.compared.space.bounds[side > 0][n])
         farthest = abs(best - bound)
-        least, step = 2 * self.cost(self.scaled), float(self.standard_error[n])
+        step = float(self.standard_error[n])
         roots, fitted = {0.0: -QUANTILE}, {0.0: self.scaled}
 
         def root_less_quantile(distance: float) -> float:
@@ -140,15 +144,14 @@ class Profiles:
                 # from the last fit that is nearer to the best: one beyond may lie in another valley
                 guess = fitted[max(nearer for nearer in fitted if nearer < distance)]
                 fitted[distance], cost = self.fitted_beside(n, best + side * distance, guess)
-                roots[distance] = float(np.sqrt(max(2 * cost - least, 0.0)) - QUANTILE)
+                roots[distance] = float(np.sqrt(max(2 * (cost - self.least), 0.0)) - QUANTILE)
             return roots[distance]
 
         before = 0.0
         for _ in range(_WIDEST_PROFILE):
             distance = min(before + step, farthest)
             try:
-                is_beyond = root_less_quantile(distance) >= 0
-                if is_beyond:
+                if root_less_quantile(distance) >= 0:
                     end = brentq(
                         root_less_quantile, before, distance, xtol=1e-12, rtol=_PROFILE_ACCURACY
                     )

@@ -131,6 +131,11 @@ class Ridge:
         own = np.exp(np.maximum(_POWER * lower, _LEAST_LOGARITHM))
         return edges, own / own.sum()
 
+    @cached_property
+    def _others(self) -> NDArray[np.bool_]:
+        """Which parameters lie beside the valley."""
+        return np.arange(self.path.shape[1]) != self.parameter
+
     def _nearest(self, at: Array) -> NDArray[np.intp]:
         return np.argmin(abs(at[:, None] - self.at), axis=1)
 
@@ -141,8 +146,7 @@ class Ridge:
         at = random.uniform(edges[cell], edges[cell + 1])
         standard = student_draws(count, self.path.shape[1] - 1, random)
         drawn = self._curve(at)
-        others = np.arange(drawn.shape[1]) != self.parameter
-        drawn[:, others] += np.einsum("dij,dj->di", self.roots[self._nearest(at)], standard)
+        drawn[:, self._others] += np.einsum("dij,dj->di", self.roots[self._nearest(at)], standard)
         drawn[:, self.parameter] = at
         return drawn
 
@@ -154,8 +158,7 @@ class Ridge:
         clipped = np.clip(at, edges[0], edges[-1])
         cell = np.clip(np.searchsorted(edges, clipped, "right") - 1, 0, _CELLS - 1)
         along = np.log(share[cell] / (edges[1] - edges[0]))
-        others = np.arange(draws.shape[1]) != self.parameter
-        off = draws[:, others] - self._curve(clipped)[:, others]
+        off = (draws - self._curve(clipped))[:, self._others]
         roots = self.roots[self._nearest(clipped)]
         standard = np.linalg.solve(roots, off[:, :, None])[:, :, 0]
         beside = student_log_density(standard) - np.linalg.slogdet(roots)[1]

@@ -50,9 +50,9 @@ def calibrate(
     Returns
     -------
     Dataset
-        Parameters with intervals by covariance and by profile, correlation, posterior draws with
-        their Pareto k, curves at measured amplitudes and on a grid, checks of the residuals;
-        ``answer`` of the attributes says it in words.
+        Parameters with intervals (``Calibration.interval``) and profiles, correlation, posterior
+        draws with their Pareto k, curves at measured amplitudes and on a grid, checks of the
+        residuals; ``answer`` of the attributes says it in words.
 
     Raises
     ------

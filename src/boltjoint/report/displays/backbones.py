@@ -198,10 +198,10 @@ def calibration(artefact: Artefact, results: "Results") -> "Figure":
     **_OF_CALIBRATION,
     order=1,
     title="fitted parameters",
-    caption="95 % intervals are those that the stated scatter makes: by the covariance, and by the "
-    "profile, for which all others are fitted anew; one that ends at a bound does not close. A "
-    "parameter is not determined where its interval is as wide as half of its bounds, or the best "
-    "fit lies at one.",
+    caption="95 % intervals are those that the stated scatter makes: by the covariance, or by the "
+    "profile where the sum of squares is no parabola. For a profile all others are fitted anew; "
+    "one that ends at a bound does not close. A parameter is not determined where its interval is "
+    "as wide as half of its bounds, or ends at one.",
 )
 def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Values with intervals and bounds."""
