@@ -7,6 +7,7 @@ from matrix_files import KEYS, described, exported, write_npz, written
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
+from boltjoint.structure.makers.matrices import check
 from boltjoint.structure.makers.matrices.source import sizes_of_matrices
 from boltjoint.structure.makers.matrices.structure import structure_of_matrices
 from boltjoint.structure.makers.registry import structure_of
@@ -171,3 +172,51 @@ def test_a_free_structure_has_six_rigid_modes(assembly, expected, tmp_path):
     load = apply_preload(found, LOAD, tolerance=1e-12)["normal_load"]
     # the support is far from the lap, so that it is not felt there
     np.testing.assert_allclose(load, expected[1], rtol=0, atol=1e-6 * expected[1].max())
+
+
+def test_matrices_are_looked_at_before_anything_is_solved(structure, expected, tmp_path):
+    shank = {"shank_diameter_mm": 8, "axis": [0, 0, 2]}
+    described = written("npz", tmp_path, structure)
+    first, second = described.bolts
+    described = described.model_copy(update={"bolts": (first.model_copy(update=shank), second)})
+    facts, doubts = check(described, tmp_path)
+    assert not doubts
+    assert facts["degrees of freedom"] == str(structure.dofs)
+    assert facts["rigid-body motions without contact"] == "0"
+    told = facts["natural frequencies without contact (Hz)"].split(", ")
+    np.testing.assert_allclose(np.array(told, float), expected[0][:4], rtol=1e-5)
+    area = 1e4 * structure.contact.area.sum()
+    assert (
+        facts["contact"]
+        == f"contact: {len(structure.contact)} points, {area:.5g} cm², gaps 0 to 0 mm"
+    )
+    of_first = "bolt-1, held once tight, axis (0, 0, 1), shank of 50.27 mm²"
+    assert facts["bolts"] == f"{of_first}; bolt-2, held once tight"
+    assert (facts["inputs"], facts["outputs"]) == ("shaker (z)", "sensor (x)")
+
+
+def test_a_check_tells_rigid_body_motions(assembly, tmp_path):
+    free = structure_of(freed(assembly))
+    facts, doubts = check(written("npz", tmp_path, free), tmp_path)
+    assert facts["rigid-body motions without contact"] == "6"
+    assert float(facts["natural frequencies without contact (Hz)"].split(", ")[0]) > 100
+    assert not doubts
+
+
+AREA = "is contact.area in the square of length_unit?"
+
+
+@pytest.mark.parametrize(
+    ("variable", "factor", "doubts"),
+    [
+        ("area", 1e6, [AREA]),
+        ("position", 1e3, ["is length_unit right?", AREA]),
+        ("K", 1e-9, ["do stiffness and mass go with length_unit?"]),
+    ],
+)
+def test_a_check_asks_about_units(variable, factor, doubts, structure, tmp_path):
+    variables = exported(structure)
+    variables[variable] = factor * variables[variable]
+    write_npz(tmp_path / "joint.npz", variables)
+    _, told = check(described(structure), tmp_path)
+    assert [line.partition(" is unusual: ")[2] for line in told] == doubts

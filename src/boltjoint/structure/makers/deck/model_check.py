@@ -21,12 +21,18 @@ from boltjoint.structure.makers.deck.interfaces import tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
+from boltjoint.structure.model_facts import (
+    MM,
+    contact_in_words,
+    direction_in_words,
+    doubts_of_size,
+)
 
 Array = NDArray[np.float64]
 
-_MM, _GPA = 1e3, 1e-9
-#: moduli [Pa], densities [kg/m3] and sizes [m] of joints
-_MODULI, _DENSITIES, _SIZES = (5e8, 1e12), (200.0, 25e3), (1e-3, 50.0)
+_GPA = 1e-9
+#: moduli [Pa] and densities [kg/m3] of joints
+_MODULI, _DENSITIES = (5e8, 1e12), (200.0, 25e3)
 #: keywords and names of the deck that are told, at most
 _MOST = 8
 #: nodes of a coupling whose mean other constraints hold, beyond which it fills the stiffness
@@ -54,7 +60,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
         as_read,
         boundaries=boundaries,
         tied_pairs=tied_pairs(description.contact, as_read.deck),
-        tolerance=None if tolerance is None else tolerance / _MM,
+        tolerance=None if tolerance is None else tolerance / MM,
         adjust=description.ties.adjust,
     )
     facts = _of_bodies(description, as_read) | _of_constraints(assembled)
@@ -88,7 +94,7 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         "elements": kinds,
         "volume (cm³)": f"{1e6 * mesh.volume:.6g}",
         "mass (kg)": f"{weight:.6g}",
-        "size (mm)": " x ".join(f"{_MM * edge:.5g}" for edge in size),
+        "size (mm)": " x ".join(f"{MM * edge:.5g}" for edge in size),
         "bodies": str(int(constraints.bodies(mesh).max()) + 1),
     }
 
@@ -98,7 +104,7 @@ def _of_constraints(assembled: Assembled) -> dict[str, str]:
     motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
     free = constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
     ties = [
-        f"{tie.name}: {len(tie.node)} nodes, up to {round(_MM * tie.distance, 9):.3g} mm"
+        f"{tie.name}: {len(tie.node)} nodes, up to {round(MM * tie.distance, 9):.3g} mm"
         for tie in assembled.ties
     ]
     return {
@@ -131,9 +137,9 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
                 words.append(f"beam of {1e6 * beam.sizes[0] * mesh.metre**2:.4g} mm²")
                 words += _axis(along / length, length)
         else:
-            words.append(f"between two couplings, along {_direction(bolt.direction)}")
+            words.append(f"between two couplings, along {direction_in_words(bolt.direction)}")
             apart = np.subtract(*mesh.coordinate[bolt.node]) @ bolt.direction
-            words.append(f"{_MM * abs(apart):.5g} mm apart")
+            words.append(f"{MM * abs(apart):.5g} mm apart")
         if loads is not None:
             words.append(f"{description.units.newton * loads[number]:.6g} N in the deck")
         if bolt.name in lengths:
@@ -143,11 +149,7 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
 
 
 def _axis(direction: Array, length: float) -> tuple[str, str]:
-    return f"axis {_direction(direction)}", f"{_MM * length:.5g} mm long"
-
-
-def _direction(components: Array) -> str:
-    return f"({', '.join(f'{component:.3g}' for component in components)})"
+    return f"axis {direction_in_words(direction)}", f"{MM * length:.5g} mm long"
 
 
 def _length(mesh: Mesh, body: Indices, cut: Cut) -> float:
@@ -165,10 +167,7 @@ def _of_contact(description: Description, assembled: Assembled) -> dict[str, str
             np.linalg.norm(faces.area_vectors(mesh.coordinate), axis=1).sum()
             for faces in (one, other)
         ]
-        told.append(
-            f"{interface.name}: {len(points.area)} points, {1e4 * points.area.sum():.5g} cm², gaps "
-            f"{_MM * points.gap.min():.3g} to {_MM * points.gap.max():.3g} mm"
-        )
+        told.append(contact_in_words(interface.name, points.area, points.gap))
         shares = ", ".join(
             f"{name} {points.area.sum() / area:.0%}"
             for name, area in zip(interface.surfaces, areas, strict=True)
@@ -217,16 +216,14 @@ def _doubts(description: Description, mesh: Mesh) -> list[str]:
             )
         if not _DENSITIES[0] <= density <= _DENSITIES[1]:
             told.append(f"material {material.name}: density {density:.4g} kg/m³ is unusual")
-    size = float(np.ptp(mesh.coordinate[mesh.nodes], axis=0).max())
-    if not _SIZES[0] <= size <= _SIZES[1]:
-        told.append(f"size {_MM * size:.4g} mm is unusual: is units.length right?")
+    told += doubts_of_size("size", mesh.coordinate[mesh.nodes], "units.length")
     blocks = mesh.blocks(description.units.pascal, mass / length**3)
     return told + element_warnings(blocks)
 
 
 def _of_ties(assembled: Assembled) -> list[str]:
     return [
-        f"tie {tie.name}: {tie.apart} nodes are farther than {_MM * tie.tolerance:.3g} mm from "
+        f"tie {tie.name}: {tie.apart} nodes are farther than {MM * tie.tolerance:.3g} mm from "
         "the master and stay free"
         for tie in assembled.ties
         if tie.apart

@@ -9,7 +9,7 @@ from boltjoint.config.matrices import Matrices as Description
 if TYPE_CHECKING:
     from boltjoint.structure.model import Structure
 
-__all__ = ["PAGE", "Description", "damping_ratios_of", "make", "size_of"]
+__all__ = ["PAGE", "Description", "check", "damping_ratios_of", "make", "size_of"]
 
 
 #: module that tells pages of them
@@ -36,3 +36,10 @@ def damping_ratios_of(description: Description, folder: Path) -> tuple[float, ..
     from boltjoint.structure.makers.matrices.modal_data import damping_ratios
 
     return damping_ratios(description, folder)
+
+
+def check(description: Description, folder: Path) -> tuple[dict[str, str], list[str]]:
+    """What files describe, by words, and what to look at before anything is solved."""
+    from boltjoint.structure.makers.matrices.model_check import check_of
+
+    return check_of(description, folder)
