@@ -12,9 +12,11 @@ with the matrix that Newton's method has, and derivatives of the residual alone 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
 
 from boltjoint.dynamics.backbone.compiled_epmc import CompiledMode
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
@@ -28,6 +30,15 @@ _ITERATIONS, _TOLERANCE = 12, 1e-9
 #: how far the correction of a step may lead, and how often a step in amplitude is halved
 _LARGEST, _HALVINGS = 0.5, 10
 
+#: difference of levels that is rounding
+_SAME = 1e-12
+
+#: what a correction with the factors of the one before may leave, over the tolerance
+_KEPT = 1e-6
+
+#: second term of a guess over the first one, at most
+_LARGEST_BEND = 0.3
+
 #: first amplitude over the lowest measured one, where the stuck mode is a guess
 _FIRST = 1e-3
 
@@ -37,6 +48,25 @@ _STEP = 1e-6
 
 class NotReached(ValueError):
     """A mode that was not found at a measured amplitude."""
+
+
+class Factors(NamedTuple):
+    """LU factors of a matrix, and the rows that were exchanged."""
+
+    lower_and_upper: Array
+    pivots: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, matrix: Array) -> "Factors | None":
+        """Those of a matrix; None where it is singular or not finite."""
+        lower_and_upper, pivots, singular = dgetrf(matrix)
+        if singular or not np.all(np.isfinite(lower_and_upper.diagonal())):
+            return None
+        return cls(lower_and_upper, pivots)
+
+    def solve(self, right: Array) -> Array:
+        """Solutions with right sides, (unknowns,) or (unknowns, sides)."""
+        return dgetrs(self.lower_and_upper, self.pivots, right)[0]
 
 
 @dataclass(frozen=True)
@@ -57,15 +87,19 @@ class SensedMode:
     row: Array | None
     quantity: str
 
-    def system(self, y: Array) -> tuple[Array, Array]:
-        """Residual and Jacobian of mode and ln(amplitude of the sensor), by (x, ln a)."""
-        x, p = y[:-1], y[-1]
-        residual = self._residual(x, p)
-        matrix = np.zeros((y.size, y.size))
-        matrix[:-1, :-1], matrix[:-1, -1] = self._derivatives(x, p)
-        size, slope = self.log_size(y)
-        matrix[-1] = slope
-        return np.append(residual, size), matrix
+    def residual(self, y: Array, level: float) -> Array:
+        """Residual of the mode at (x, ln a), and of ln(amplitude of the sensor) at its level."""
+        residual = np.empty(y.size)
+        residual[:-1] = self._residual(y[:-1], y[-1])
+        residual[-1] = self.log_size(y)[0] - level
+        return residual
+
+    def factors(self, y: Array) -> "Factors | None":
+        """Factors of the Jacobian where the residual was evaluated last; None if it is singular."""
+        matrix = np.empty((y.size, y.size))
+        matrix[:-1, :-1], matrix[:-1, -1] = self._derivatives(y[:-1], y[-1])
+        matrix[-1] = self.log_size(y)[1]
+        return Factors.of(matrix)
 
     def log_size(self, y: Array) -> tuple[float, Array]:
         """Logarithm of the amplitude of the sensor, and its derivative by y."""
@@ -157,16 +191,15 @@ def solve_points(
     levels = np.log(amplitudes)
     first = levels[0] + np.log(_FIRST)
     y[-1] = first - mode.log_size(y)[0]
-    solution, matrix = _corrected(mode, y, first)
-    if solution is None:
+    solution, factors = _corrected(mode, y, first)
+    if solution is None or factors is None:
         raise NotReached(f"no mode was found at the amplitude {np.exp(first):.3g}")
-    y, slope = solution, _by_amplitude(matrix)
+    path = _Path(mode, solution, factors, first)
     curves, by_amplitude, by_parameter = [], [], []
-    at = first
     for level in levels:
-        if level > at:
-            y, matrix = _step(mode, y, slope[:, 0], at, level)
-            at = level
+        if level > path.level:
+            path.advance(level)
+        y, factors = path.y, path.factors
         right = np.zeros((y.size, 1 + len(neighbours)))
         right[-1, 0] = 1.0
         physical = mode.physical(y)
@@ -174,7 +207,10 @@ def solve_points(
         for n, (low, high, difference) in enumerate(neighbours, start=1):
             change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
             right[:-1, n] = -change / difference
-        slope = _solved(matrix, right)
+        if neighbours:
+            mode.residual(y, level)
+            factors = _refused_if_singular(mode.factors(y))
+        slope = factors.solve(right)
         real, imaginary = physical[-3:-1]
         w, zeta = np.sqrt(real), imaginary / (2 * real)
         d_real, d_imaginary = mode.equations.scale * slope[-3:-1]
@@ -189,58 +225,83 @@ def solve_points(
     )
 
 
-def _step(
-    mode: SensedMode, y: Array, tangent: Array, begin: float, end: float
-) -> tuple[Array, Array]:
-    """The mode from one ln(amplitude) to another, in as many steps as it needs, and its matrix."""
-    at, length, halvings = begin, end - begin, 0
-    while True:
-        target = end if at + length >= end - 1e-12 else at + length
-        guess = y + (target - at) * tangent
-        corrected, matrix = _corrected(mode, guess, target)
-        if corrected is None:
-            halvings += 1
-            if halvings > _HALVINGS:
-                raise NotReached(f"no mode was found at the amplitude {np.exp(target):.3g}")
-            length /= 2
-            continue
-        if target == end:
-            return corrected, matrix
-        y, at, tangent = corrected, target, _by_amplitude(matrix)[:, 0]
+class _Path:
+    """The mode at one ln(amplitude) after another, each guessed from those before.
+
+    Parameters
+    ----------
+    mode, y, factors, level
+        The mode, its solution at a level, and factors of its matrix there.
+    """
+
+    def __init__(self, mode: SensedMode, y: Array, factors: Factors, level: float) -> None:
+        self._mode = mode
+        self.y, self.factors, self.level = y, factors, level
+        self._tangent, self._bend = self._slope(), np.zeros_like(y)
+
+    def advance(self, end: float) -> None:
+        """Go to a higher level, in as many steps as it needs."""
+        length, halvings = end - self.level, 0
+        while self.level < end:
+            level = end if self.level + length >= end - _SAME else self.level + length
+            step = level - self.level
+            guess = self.y + step * self._tangent
+            bend = step**2 / 2 * self._bend
+            # across a corner of the law slopes tell nothing of what follows
+            if np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(step * self._tangent):
+                guess += bend
+            solution, factors = _corrected(self._mode, guess, level)
+            if solution is None or factors is None:
+                halvings += 1
+                if halvings > _HALVINGS:
+                    raise NotReached(f"no mode was found at the amplitude {np.exp(level):.3g}")
+                length /= 2
+                continue
+            before = self._tangent
+            self.y, self.factors, self.level = solution, factors, level
+            self._tangent = self._slope()
+            self._bend = (self._tangent - before) / step
+
+    def _slope(self) -> Array:
+        """Derivative of the unknown by the level."""
+        right = np.zeros_like(self.y)
+        right[-1] = 1.0
+        return self.factors.solve(right)
 
 
-def _by_amplitude(matrix: Array) -> Array:
-    """Derivative of the unknown by ln(amplitude), (unknowns, 1)."""
-    right = np.zeros((len(matrix), 1))
-    right[-1] = 1.0
-    return _solved(matrix, right)
+def _refused_if_singular(factors: Factors | None) -> Factors:
+    if factors is None:
+        raise NotReached("the matrix of a mode is singular")
+    return factors
 
 
-def _solved(matrix: Array, right: Array) -> Array:
-    try:
-        return np.asarray(np.linalg.solve(matrix, right), float)
-    except np.linalg.LinAlgError:
-        raise NotReached("the matrix of a mode is singular") from None
+def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, Factors | None]:
+    """Newton's method at a level of ln(amplitude), with factors near there; None if it fails.
 
-
-def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, Array]:
-    """Newton's method at a level of ln(amplitude); None where it does not converge."""
-    matrix = np.zeros((0, 0))
+    A correction with the factors of the one before is the last where it is so much smaller that
+    what it leaves, which falls as fast again, is far below the tolerance.
+    """
+    factors, before = None, 0.0
     for _ in range(_ITERATIONS):
         if not (np.all(np.isfinite(y)) and y[-3] > 0):
-            return None, matrix
-        residual, matrix = mode.system(y)
-        residual[-1] -= level
-        try:
-            change = np.linalg.solve(matrix, residual)
-        except np.linalg.LinAlgError:
-            return None, matrix
+            return None, None
+        residual = mode.residual(y, level)
+        if factors is not None:
+            change = factors.solve(residual)
+            size = np.linalg.norm(change)
+            if size**2 <= _KEPT * _TOLERANCE * np.linalg.norm(y) * before:
+                return y - change, factors
+        factors = mode.factors(y)
+        if factors is None:
+            return None, None
+        change = factors.solve(residual)
         size = np.linalg.norm(change)
-        y = y - change * (1.0 if size <= _LARGEST else _LARGEST / size)
+        is_whole = size <= _LARGEST
+        y = y - change * (1.0 if is_whole else _LARGEST / size)
         if size <= _TOLERANCE * np.linalg.norm(y):
-            # a last correction so small has an error of its square, and leaves the matrix as it is
-            return y, matrix
-    return None, matrix
+            return y, factors
+        before = float(size) if is_whole else 0.0
+    return None, None
 
 
 def neighbours_of(

@@ -41,6 +41,8 @@ from boltjoint.friction.sliders_at_samples import Sliders
 
 #: terms after which a series in x or 1 - x, at most 1/2, has converged to rounding
 _TERMS = 52
+#: term that changes no digit of a series, whose sums are above 0.1
+_NO_TERM = 1e-18
 
 #: smallest slip displacement over phi_max of the sliders that stand for an element
 _SMALLEST = 1e-6
@@ -269,6 +271,8 @@ def _describing_function(
             incomplete += term / (n + chi + 2.5)
             total += term / ((n + 1.5) * (n + chi + 2.5))
             term *= x * (n - 0.5) / (n + 1)
+            if abs(term) < _NO_TERM:
+                break
         scale = 8 / pi * x * sqrt(x)
         real = k_p * scale * ((chi + 1) * total + beta * single)
         incomplete *= scale
@@ -277,6 +281,8 @@ def _describing_function(
         for n in range(_TERMS):
             rest += term / (n + 1.5)
             term *= y * (n - chi - 1.5) / (n + 1)
+            if abs(term) < _NO_TERM:
+                break
         incomplete = 8 / pi * (complete - rest * y * sqrt(y)) / x ** (chi + 1)
         theta = 2 * atan2(sqrt(x), sqrt(1 - x))
         single = (theta - 2 * root * (1 - 2 * x)) / pi
