@@ -47,6 +47,10 @@ def test_parameters_of_a_simulated_backbone_lie_in_their_intervals(calibration):
     assert calibration.attrs["pareto_k"] < 0.7 and calibration.attrs["effective_draws"] > 60
     posterior = tabulate_posterior(calibration).set_index("parameter")
     assert (posterior["2.5_%"] < posterior["97.5_%"]).all() and list(posterior.index) == list(TRUTH)
+    # numbers that do not stand for the posterior are none
+    poor = tabulate_posterior(calibration.assign_attrs(pareto_k=0.71))
+    assert poor[["2.5_%", "median", "97.5_%"]].isna().all(axis=None)
+    assert (poor["pareto_k"] == 0.71).all()
     assert calibration.attrs["p_value"] > 0.01
     assert calibration.attrs["refusals"] == ""
     # both starts meet in one minimum
@@ -56,8 +60,9 @@ def test_parameters_of_a_simulated_backbone_lie_in_their_intervals(calibration):
 
 def test_the_answer_has_values_intervals_and_errors(calibration):
     said = calibration.attrs["answer"]
-    first = said.partition(": fitted to 20 measured points")[0]
-    assert first.count(" to ") == 3
+    assert said.startswith("Fitted to 20 measured points: ")
+    first = said.partition(" (95 % intervals)")[0]
+    assert first.count(" to ") == 4
     assert all(name in first for name in TRUTH)
     assert "% in frequency and" in said
     assert said.endswith("Nothing in the residuals speaks against the model.")
@@ -89,7 +94,8 @@ def test_parameters_that_go_together_are_not_told():
         [500, 2000]
     )
     assert table.loc["loss_factor", "not_determined"] == ""
-    assert "preload_N cannot be told" in found.attrs["answer"]
+    told = found.attrs["answer"].partition(" Cannot be told: ")[2]
+    assert "preload_N (its 95 % interval " in told
     correlation = tabulate_correlation(found).set_index("parameter")
     assert correlation.loc["preload_N", FRICTION] < -0.99
 
@@ -198,6 +204,6 @@ def test_a_fit_that_leaves_no_draws_within_its_bounds_has_an_answer():
     }
     case = case_with(parameters=MEASURED["parameters"] | narrow, starts=1)
     found = fitted(case, written(backbone(TRUTH), seed=1))
-    assert "cannot be told" in found.attrs["answer"]
+    assert " Cannot be told: preload_N (" in found.attrs["answer"]
     posterior = tabulate_posterior(found)
     assert len(posterior) == len(found["parameter"])

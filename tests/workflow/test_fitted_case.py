@@ -1,5 +1,7 @@
 """A joint that is fitted to its measurement, in the workflow and by the command."""
 
+import re
+
 import numpy as np
 from planned import planned
 from small_study import CASE, CASES, run, write_config
@@ -69,11 +71,11 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
     write_config(copied, CASES | {"small": CASE | {"measured": MEASURED}})
     files = files_of_fit(copied, "small")
     assert all("calibration/" in each or "small_enriched-8_node-to-node" in each for each in files)
-    page = "results/report/small.html"
+    page, overview = "results/report/small.html", "results/report/overview.html"
     new = set(planned(copied))
     # nothing that was solved before depends on it
     assert {each for each in new if not each.startswith("results/report/")} == set(files)
-    said = run(copied, *files, page)
+    said = run(copied, *files, page, overview)
     calibration = dataset.load(copied / FOLDER / "calibration/calibration.nc")
     for name, value in TRUTH.items():
         found = calibration.sel(parameter=name)
@@ -83,9 +85,12 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
     assert (prediction["points_within"] >= 4).all()
     answer = f"{calibration.attrs['answer']} {prediction.attrs['answer']}"
     assert f"small: {answer}" in said
+    for path in (page, overview):
+        text = (copied / path).read_text(encoding="utf-8")
+        lead = text[text.index("<h1") : text.index("<h2")]
+        words = " ".join(re.sub("<[^>]+>", " ", lead).split())
+        assert f"{answer} With the values of the case, not the fitted ones: Resonance" in words
     text = (copied / page).read_text(encoding="utf-8")
-    lead = text[text.index("<h1") : text.index("<h2")]
-    assert answer in lead.replace("\n", " ")
     assert 'id="measured"' in text
     assert "calibration/fitted.yaml" in text
     # the fitted case is one of a study

@@ -3,6 +3,7 @@ rule write_overview:
         artefacts=[each.path for each in on_overview],
         joints=[node_to_node(*each) for each in contents.cases_and_bases()],
         backbones=data("backbone", joint=REFERENCE[0]),
+        fits=data("calibration") + data("prediction"),
         environment="results/environment.json",
         published=published,
     output:

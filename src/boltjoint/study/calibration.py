@@ -251,11 +251,11 @@ def answer(calibration: xr.Dataset) -> str:
         if calibration["is_determined"].sel(parameter=name)
     ]
     points = calibration.sizes["point"]
-    fitted = f"fitted to {points} measured points"
     if values:
-        sentences.append(f"{', '.join(values)}: {fitted} (95 % intervals).")
+        told = ", ".join(values)
+        sentences.append(f"Fitted to {points} measured points: {told} (95 % intervals).")
     else:
-        sentences.append(f"None of the parameters can be told, {fitted}.")
+        sentences.append(f"None of the parameters can be told by {points} measured points.")
     errors = 100 * calibration["rms_error"].to_numpy()
     names = map(str, calibration["curve"].to_numpy())
     parts = [
@@ -263,15 +263,9 @@ def answer(calibration: xr.Dataset) -> str:
         for name, (f, z) in zip(names, errors, strict=True)
     ]
     sentences.append(f"The fit is off by {'; '.join(parts)}, rms.")
-    sentences += [
-        f"{name} cannot be told: {reason}."
-        for name, reason in zip(
-            map(str, calibration["parameter"].to_numpy()),
-            map(str, calibration["reason"].to_numpy()),
-            strict=True,
-        )
-        if reason
-    ]
+    parameters, reasons = (calibration[name].to_numpy() for name in ("parameter", "reason"))
+    if untold := [f"{name} ({why})" for name, why in zip(parameters, reasons, strict=True) if why]:
+        sentences.append(f"Cannot be told: {', '.join(untold)}.")
     if not refusals:
         sentences.append("Nothing in the residuals speaks against the model.")
     return " ".join(sentences)

@@ -19,6 +19,7 @@ from boltjoint.study.calibrated_joint import (
     measured_backbones,
 )
 from boltjoint.study.calibration import names_of_curves, of_points
+from boltjoint.study.tables.backbones import RELIABLE
 from boltjoint.study.tables.html import number
 
 Array = NDArray[np.float64]
@@ -30,8 +31,6 @@ _SHIFTS = {
     "low": "lower end of the 95 % interval of a measurement",
     "high": "upper end of the same",
 }
-#: Pareto k above which draws do not stand for the posterior
-_RELIABLE = 0.7
 
 
 def predict(
@@ -152,7 +151,7 @@ def answer(prediction: xr.Dataset) -> str:
             )
         sentences.append(said)
     told = f"Predicted, not fitted: {'; '.join(sentences)}."
-    if (shape := prediction.attrs["pareto_k"]) > _RELIABLE:
+    if (shape := prediction.attrs["pareto_k"]) > RELIABLE:
         told += (
             " The bands are not reliable: posterior draws do not stand for the posterior "
             f"(Pareto k {number(shape, 2) if np.isfinite(shape) else 'without limit'})."

@@ -149,9 +149,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     told = sentences, is_untested(peaks), ALL in peaks, beyond_limits(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     of_mode = in_words([mode.harmonics]) if mode else ""
-    return _TEXT.summary(
-        resonance, between, *told, unit, mode, of_mode, basis_error(accuracy) > LARGE_BASIS_ERROR
-    )
+    of_basis, is_fitted = basis_error(accuracy) > LARGE_BASIS_ERROR, case.measured is not None
+    return _TEXT.summary(resonance, between, *told, unit, mode, of_mode, of_basis, is_fitted)
 
 
 def answers(study: Study) -> str:

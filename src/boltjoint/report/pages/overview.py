@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 
 import pandas as pd
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
@@ -11,7 +11,7 @@ from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
-from boltjoint.report.pages.answer import summary
+from boltjoint.report.pages.answer import calibration_answer, summary
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
 from boltjoint.report.pages.document import (
     Section,
@@ -52,7 +52,8 @@ def overview_page(
         Figures and tables of all pages.
     results
         The content of the tables, the node-to-node joint (``joint.nc``) of every case and basis,
-        and the record of the machine (``environment.json``).
+        fits and predictions (``calibration.nc``, ``prediction.nc``), and the record of the machine
+        (``environment.json``).
     comparison
         The source that the study is compared with.
     """
@@ -84,11 +85,14 @@ def _accuracies(study: Study, content: PageContent) -> _Accuracies:
 def _answers(
     study: Study, content: PageContent, accuracies: _Accuracies
 ) -> Iterator[tuple[Markup, Markup]]:
-    """A link to each case, and a sentence on what its joint does."""
+    """A link to each case, and sentences on its fit and on what its joint does."""
     for name, case in study.cases.items():
+        told = [escape(calibration_answer(name, case, content.results))]
         accuracy = accuracies[name, headline_basis(case)]
         if accuracy is not None and len(accuracy.frame):
-            yield link(f"{name}.html", name), summary(name, case, accuracy.frame, content)
+            told.append(summary(name, case, accuracy.frame, content))
+        if any(told):
+            yield link(f"{name}.html", name), Markup(" ").join(filter(None, told))
 
 
 def _pictures(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
@@ -100,11 +104,11 @@ def _pictures(study: Study, content: PageContent, accuracies: _Accuracies) -> Ma
         basis = headline_basis(case)
         title = f"{name}, node to node in {basis}"
         resonance, accuracy = case.resonances(basis)[0], accuracies[name, basis]
-        harmonics = ""
+        harmonics, has_bars = "", False
         if accuracy is not None:
             peaks = peaks_of_reference(accuracy.frame, resonance)
-            harmonics = in_words(peaks[SOLVED, "harmonics"])
-        note = _TEXT.response(link(f"{name}.html", name), harmonics)
+            harmonics, has_bars = in_words(peaks[SOLVED, "harmonics"]), ALL in peaks
+        note = _TEXT.response(link(f"{name}.html", name), harmonics, has_bars)
         of_case = {"case": name, "basis": basis, "resonance": resonance}
         reference = {"joint": REFERENCE[0], "coordinates": REFERENCE[1]}
         responses += content.figures("response", note, title=title, **of_case, **reference)

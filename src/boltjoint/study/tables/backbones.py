@@ -231,6 +231,8 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
     return frame
 
 
+#: Pareto k above which draws do not stand for the posterior
+RELIABLE = 0.7
 #: quantiles of posterior draws, by the columns of their table
 _QUANTILES = {"2.5_%": 0.025, "median": 0.5, "97.5_%": 0.975}
 
@@ -247,7 +249,7 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns ``parameter, unit, 2.5_%, median, 97.5_%, effective_draws, pareto_k``, the last two
-        of all parameters together.
+        of all parameters together; quantiles are empty where Pareto k is above ``RELIABLE``.
 
     Raises
     ------
@@ -256,7 +258,8 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
     """
     draws = _numbers(calibration, "draws", "draw", "parameter")
     ends = np.full((len(_QUANTILES), draws.shape[1]), np.nan)
-    if len(draws):
+    shape = float(calibration.attrs["pareto_k"])
+    if len(draws) and shape <= RELIABLE:
         ends = np.quantile(draws, list(_QUANTILES.values()), axis=0)
     return pd.DataFrame(
         {
@@ -264,7 +267,7 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
             "unit": _words(calibration, "unit", "parameter"),
             **dict(zip(_QUANTILES, ends, strict=True)),
             "effective_draws": float(calibration.attrs["effective_draws"]),
-            "pareto_k": float(calibration.attrs["pareto_k"]),
+            "pareto_k": shape,
         }
     )
 

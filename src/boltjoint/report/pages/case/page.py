@@ -3,6 +3,7 @@
 The table of peaks is made by ``pages.peaks``, the sentences above it by ``pages.answer``.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -41,6 +42,7 @@ from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
 
 _TEXT = prose("case")
+_SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z])")
 _STAGES = {
     "nodes": "Node-to-node joint",
     "pairs": "Weighted pairs",
@@ -118,7 +120,7 @@ def case_page(
         *content.remainder(),
     ]
     shown += [replace(section, is_folded=bool(section.body)) for section in details]
-    fitted = calibration_answer(name, case, results)
+    fitted = _SENTENCE_END.split(calibration_answer(name, case, results))
     lead = _TEXT.lead(
         fitted, said, comparison.words, case, case.contact.declaration.label, solver.harmonics
     )
