@@ -31,3 +31,9 @@ def test_repeated_entries_are_printed_once():
         *("", "2"),
         *("b", "1"),
     ]
+
+
+def test_headings_that_are_key_paths_may_be_broken():
+    text = html_table(pd.DataFrame({"contact.chi": [1.0], "2.5_percent": [2.0], "a<b": [3.0]}))
+    headings = re.findall("<th [^>]*>(.*?)</th>", text)
+    assert headings == ["contact.<wbr>chi", "2.5 (%)", "a&lt;b"]

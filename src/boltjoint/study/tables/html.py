@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from boltjoint import checks, checksums
 from boltjoint.checksums import DamagedFile
@@ -19,6 +19,9 @@ _WIDE_RATIO = 300
 _MANY_COLUMNS = 9
 #: characters above which the text of a cell is broken into lines
 _LONG_TEXT = 40
+
+#: dot of a key path
+_WITHIN_PATH = re.compile(r"(?<=[a-z])\.(?=[a-z])")
 
 #: the last words of a column's name that are its unit, and how the unit is printed
 _UNITS = {
@@ -91,7 +94,7 @@ def html_table(
         any(spans) and (index == 0 or span != spans[index - 1]) for index, span in enumerate(spans)
     ]
     styles = [_style(column, new) for column, new in zip(columns, first, strict=True)]
-    headings = [name if verbatim else heading(name) for name in names]
+    headings = [_breakable(name if verbatim else heading(name)) for name in names]
     table = _TEMPLATES.get_template("table.html.j2").render(
         is_wide=len(names) > _MANY_COLUMNS,
         spans=_spans(spans, first),
@@ -106,6 +109,11 @@ def html_table(
         ),
     )
     return Markup(table)
+
+
+def _breakable(text: str) -> Markup:
+    """Text whose key paths may go on in another line."""
+    return Markup(_WITHIN_PATH.sub(".<wbr>", escape(text)))
 
 
 def heading(column: str) -> str:
