@@ -10,8 +10,8 @@ from boltjoint.report.pages.accuracy import accuracy_page
 from boltjoint.study.artefact_list import Artefact
 
 
-def accuracy_of(artefacts):
-    cases = dict.fromkeys(("mine", "other"), Case.model_validate(CASE))
+def accuracy_of(artefacts, case=CASE):
+    cases = dict.fromkeys(("mine", "other"), Case.model_validate(case))
     return accuracy_page(artefacts, results_of(artefacts), source_of(), cases)
 
 
@@ -49,6 +49,24 @@ def test_how_far_one_harmonic_is_off_stands_first(tmp_path, monkeypatch):
     assert "is not known" in page
     # nothing was converged, and nothing claims it
     assert "converge" not in page.replace("converged_peaks: true", "")
+
+
+def test_a_case_without_reduced_models_is_not_in_their_table(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    reference = {"joint": "node-to-node", "resonance": 1, "complete": True}
+    rows = [
+        reference | {"coordinates": "linear", "peak_amplitude_error_percent": None},
+        reference | {"coordinates": "backbone", "peak_amplitude_error_percent": 2.5},
+    ]
+    basis, case, tables = Basis("enriched-8"), CASE | {"modes": ["enriched-8"]}, {}
+    for name, count in (("mine", 2), ("other", 1)):
+        artefact = Artefact("accuracy", "table", case=name, basis=basis)
+        tables[name] = save(artefact, pd.DataFrame(rows[:count]))
+    page = accuracy_of(list(tables.values()), case)
+    assert "is not in it. The tables of bases" in plain(page)
+    table = page[page.index("Errors of reduced models") :]
+    assert "2.5" in table and "mine.html" in table and "other.html" not in table
+    assert "Errors of reduced models" not in accuracy_of([tables["other"]], case)
 
 
 @pytest.fixture

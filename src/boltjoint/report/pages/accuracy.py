@@ -36,15 +36,15 @@ def reduced_models(cases: Mapping[str, Case], content: PageContent) -> Markup:
         for family in by_trust(case.bases):
             accuracy = content.table("accuracy", case=name, basis=family)
             times = content.table("times", case=name, basis=family)
-            row = identity(cases, name, family)
-            if accuracy is None and times is None:
-                continue
+            row: dict[tuple[str, str], object] = {}
             if accuracy is not None:
                 row |= _errors(case, family, accuracy.frame)
             if times is not None:
                 row |= _time_saved(case, family, times.frame)
                 times_of[name, family] = times.frame
-            rows.append(row)
+            # of a case that only the reference was solved of there is nothing to tell
+            if not pd.isna(list(row.values())).all():
+                rows.append(identity(cases, name, family) | row)
     if not rows:
         return Markup()
     frame = pd.DataFrame(rows)
