@@ -88,6 +88,8 @@ def test_another_calibration_is_refused():
 def test_table_and_figure_show_points_curve_and_band():
     prediction = prediction_of_truth()
     (row,) = tabulate_prediction(prediction).to_dict("records")
+    with pytest.raises(ValueError, match="prediction has no variable 'curve' over curve"):
+        tabulate_prediction(prediction.drop_vars("curve"))
     assert row["curve"] == "mode-2" and row["resonance"] == 2 and row["points"] == 20
     assert row["frequency_in_band"] >= 17
     assert row["shift_from_Hz"] < row["shift_measured_Hz"] < row["shift_to_Hz"] < 0

@@ -360,40 +360,41 @@ def tabulate_prediction(prediction: xr.Dataset) -> pd.DataFrame:
     ValueError
         If a variable is missing or of another kind.
     """
-    of = ("curve", "curve_quantity")
-    if (quantities := _words(prediction, "curve_quantity", of[1])) != ["frequency", "damping"]:
+    what, of = "prediction", ("curve", "curve_quantity")
+    quantities = _words(prediction, "curve_quantity", of[1], what)
+    if quantities != ["frequency", "damping"]:
         raise ValueError(f"curve_quantity of prediction is {quantities}: not frequency and damping")
-    errors = 100 * _numbers(prediction, "rms_error", *of)
-    within = _numbers(prediction, "points_within", *of)
-    of_point = checks.index_variable("prediction", prediction, "curve_of_point", ("point",))
-    names = _words(prediction, "curve", "curve")
+    errors = 100 * _numbers(prediction, "rms_error", *of, what=what)
+    within = _numbers(prediction, "points_within", *of, what=what)
+    of_point = checks.index_variable(what, prediction, "curve_of_point", ("point",))
+    names = _words(prediction, "curve", "curve", what)
     shifts = {"measured": "measured", "predicted": "predicted", "low": "from", "high": "to"}
     return pd.DataFrame(
         {
             "curve": names,
-            "resonance": checks.index_variable(
-                "prediction", prediction, "curve_resonance", ("curve",)
-            ),
+            "resonance": checks.index_variable(what, prediction, "curve_resonance", ("curve",)),
             "points": np.bincount(of_point, minlength=len(names)),
             "frequency_error_percent": errors[:, 0],
             "damping_error_percent": errors[:, 1],
             "frequency_in_band": within[:, 0].astype(int),
             "damping_in_band": within[:, 1].astype(int),
             **{
-                f"shift_{to}_Hz": _numbers(prediction, f"shift_{name}", "curve")
+                f"shift_{to}_Hz": _numbers(prediction, f"shift_{name}", "curve", what=what)
                 for name, to in shifts.items()
             },
         }
     )
 
 
-def _numbers(calibration: xr.Dataset, key: str, *dims: str) -> NDArray[np.float64]:
-    return checks.variable("calibration", calibration, key, dims, finite=False)
+def _numbers(
+    stored: xr.Dataset, key: str, *dims: str, what: str = "calibration"
+) -> NDArray[np.float64]:
+    return checks.variable(what, stored, key, dims, finite=False)
 
 
-def _words(calibration: xr.Dataset, key: str, dim: str) -> list[str]:
+def _words(stored: xr.Dataset, key: str, dim: str, what: str = "calibration") -> list[str]:
     """The words of a variable."""
-    checks.instance("calibration", calibration, xr.Dataset)
-    if key not in calibration or calibration[key].dims != (dim,):
-        raise ValueError(f"calibration has no variable {key!r} over {dim}")
-    return [str(text) for text in calibration[key].to_numpy()]
+    checks.instance(what, stored, xr.Dataset)
+    if key not in stored or stored[key].dims != (dim,):
+        raise ValueError(f"{what} has no variable {key!r} over {dim}")
+    return [str(text) for text in stored[key].to_numpy()]
