@@ -1,12 +1,14 @@
 """Structures from files of matrices have the numbers of the assembly that they come from."""
 
+import modal_files
 import numpy as np
 import pytest
 from examples import freed
-from matrix_files import KEYS, described, exported, write_npz, written
+from matrix_files import KEYS, SMALL, blocks, described, exported, write_npz, written
 from scipy import sparse
 from scipy.spatial.transform import Rotation
 
+from boltjoint.config.matrices import Matrices
 from boltjoint.structure.makers.matrices import check
 from boltjoint.structure.makers.matrices.source import sizes_of_matrices
 from boltjoint.structure.makers.matrices.structure import structure_of_matrices
@@ -211,7 +213,7 @@ AREA = "is contact.area in the square of length_unit?"
     [
         ("area", 1e6, [AREA]),
         ("position", 1e3, ["is length_unit right?", AREA]),
-        ("K", 1e-9, ["do stiffness and mass go with length_unit?"]),
+        ("K", 1e-6, ["do stiffness and mass go together, as N/m with kg or N/mm with t?"]),
     ],
 )
 def test_a_check_asks_about_units(variable, factor, doubts, structure, tmp_path):
@@ -220,3 +222,47 @@ def test_a_check_asks_about_units(variable, factor, doubts, structure, tmp_path)
     write_npz(tmp_path / "joint.npz", variables)
     _, told = check(described(structure), tmp_path)
     assert [line.partition(" is unusual: ")[2] for line in told] == doubts
+
+
+def test_a_check_asks_about_lengths_in_mm(structure, tmp_path):
+    variables = exported(structure)
+    variables |= {"position": 1e3 * variables["position"], "area": 1e6 * variables["area"]}
+    write_npz(tmp_path / "joint.npz", variables)
+    _, (told,) = check(described(structure), tmp_path)
+    assert told.endswith("mm is unusual: is length_unit right?")
+    assert not check(described(structure, length_unit="mm"), tmp_path)[1]
+
+
+def test_a_check_tells_modes_of_several_surfaces_and_given_loads(structure, tmp_path):
+    modes, preload = find_modes(structure, "free-2"), apply_preload(structure, LOAD)
+    points = len(structure.contact)
+    content = modal_files.variables(modes, preload) | {"side": np.arange(points) % 2}
+    surfaces = [{"name": name} for name in ("lower", "upper")]
+    contact = modal_files.KEYS["contact"] | {"surface": "side", "surfaces": surfaces}
+    facts, doubts = check(modal_files.written("npz", tmp_path, content, contact=contact), tmp_path)
+    lower, upper = facts["contact"].split("; ")
+    assert lower.startswith(f"lower: {points - points // 2} points, ")
+    assert upper.startswith(f"upper: {points // 2} points, ")
+    loaded = np.count_nonzero(content["normal_load"])
+    assert facts["normal loads"].endswith(f" N on {loaded} points")
+    assert facts["bolts"] == "none, since normal loads are given"
+    frequency = facts["natural frequencies without contact (Hz)"].split(", ")
+    assert [float(f) for f in frequency] == pytest.approx(content["natural_frequency"], rel=1e-5)
+    assert not doubts
+    content["natural_frequency"] = 1e-3 * content["natural_frequency"]
+    _, (told,) = check(modal_files.written("npz", tmp_path, content, contact=contact), tmp_path)
+    assert told.endswith(" Hz is unusual: is natural_frequency in Hz?")
+
+
+def test_a_check_finds_frequencies_where_few_degrees_of_freedom_have_mass(tmp_path):
+    """Arnoldi's method has no as many vectors as it would take."""
+    variables = blocks()
+    variables["M"] = np.diag([1.0] * 8 + [0.0] * 4)
+    write_npz(tmp_path / "joint.npz", variables)
+    facts, _ = check(Matrices.model_validate(SMALL), tmp_path)
+    K = variables["K"]
+    condensed = K[:8, :8] - K[:8, 8:] @ np.linalg.solve(K[8:, 8:], K[8:, :8])
+    expected = np.sqrt(np.linalg.eigvalsh(condensed)[:4]) / (2 * np.pi)
+    told = facts["natural frequencies without contact (Hz)"].split(", ")
+    np.testing.assert_allclose(np.array(told, float), expected, rtol=1e-5)
+    assert facts["bolts"] == "bolt, a dead load"

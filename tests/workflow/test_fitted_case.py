@@ -89,8 +89,11 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
         text = (copied / path).read_text(encoding="utf-8")
         lead = text[text.index("<h1") : text.index("<h2")]
         words = " ".join(re.sub("<[^>]+>", " ", lead).split())
-        assert f"{answer} With the values of the case, not the fitted ones: Resonance" in words
+        unfitted = "All that follows has the values of the case, not the fitted ones. Resonance"
+        assert f"{answer} {unfitted}" in words
     text = (copied / page).read_text(encoding="utf-8")
+    first, rest = re.findall("<p>(.*?)</p>", text[text.index("<h1") :], re.DOTALL)[:2]
+    assert first.startswith("<strong>Fitted to ") and "<strong>" not in rest
     assert 'id="measured"' in text
     assert "calibration/fitted.yaml" in text
     # the fitted case is one of a study

@@ -6,7 +6,7 @@ the implicit function theorem gives the derivatives by all parameters theta at o
 
     dy/dtheta = -(dr/dy)^-1 dr/dtheta
 
-with the matrix that Newton's method has, and derivatives of the residual alone at the solution.
+with the matrix and derivatives of the residual at the solution.
 """
 
 from collections.abc import Callable, Sequence
@@ -50,14 +50,14 @@ class NotReached(ValueError):
     """A mode that was not found at a measured amplitude."""
 
 
-class Factors(NamedTuple):
+class LUFactors(NamedTuple):
     """LU factors of a matrix, and the rows that were exchanged."""
 
     lower_and_upper: Array
     pivots: NDArray[np.int32]
 
     @classmethod
-    def of(cls, matrix: Array) -> "Factors | None":
+    def of(cls, matrix: Array) -> "LUFactors | None":
         """Those of a matrix; None where it is singular or not finite."""
         lower_and_upper, pivots, singular = dgetrf(matrix)
         if singular or not np.all(np.isfinite(lower_and_upper.diagonal())):
@@ -94,12 +94,17 @@ class SensedMode:
         residual[-1] = self.log_size(y)[0] - level
         return residual
 
-    def factors(self, y: Array) -> "Factors | None":
-        """Factors of the Jacobian where the residual was evaluated last; None if it is singular."""
+    def factors(self, y: Array) -> LUFactors | None:
+        """Factors of the Jacobian where the residual was evaluated last; None if singular."""
         matrix = np.empty((y.size, y.size))
         matrix[:-1, :-1], matrix[:-1, -1] = self._derivatives(y[:-1], y[-1])
         matrix[-1] = self.log_size(y)[1]
-        return Factors.of(matrix)
+        return LUFactors.of(matrix)
+
+    def factors_at(self, y: Array) -> LUFactors | None:
+        """Factors of the Jacobian at (x, ln a); None if singular."""
+        self._residual(y[:-1], y[-1])
+        return self.factors(y)
 
     def log_size(self, y: Array) -> tuple[float, Array]:
         """Logarithm of the amplitude of the sensor, and its derivative by y."""
@@ -153,10 +158,9 @@ class BackbonePoints:
     ----------
     curves
         Shape (points, 2).
-    by_amplitude
-        Derivative by the logarithm of the amplitude, (points, 2).
-    by_parameter
-        Derivative by each parameter in its scale, (points, 2, parameters).
+    by_amplitude, by_parameter
+        Derivatives by the logarithm of the amplitude, (points, 2), and by each parameter in its
+        scale, (points, 2, parameters); of no points where no parameter is asked for.
     """
 
     curves: Array
@@ -191,38 +195,39 @@ def solve_points(
     levels = np.log(amplitudes)
     first = levels[0] + np.log(_FIRST)
     y[-1] = first - mode.log_size(y)[0]
-    solution, factors = _corrected(mode, y, first)
-    if solution is None or factors is None:
+    corrected = _corrected(mode, y, first)
+    if corrected is None:
         raise NotReached(f"no mode was found at the amplitude {np.exp(first):.3g}")
-    path = _Path(mode, solution, factors, first)
-    curves, by_amplitude, by_parameter = [], [], []
+    path = _Path(mode, *corrected, first)
+    curves, slopes = [], []
     for level in levels:
         if level > path.level:
             path.advance(level)
-        y, factors = path.y, path.factors
-        right = np.zeros((y.size, 1 + len(neighbours)))
-        right[-1, 0] = 1.0
-        physical = mode.physical(y)
-        scale = mode.equations.scale
-        for n, (low, high, difference) in enumerate(neighbours, start=1):
-            change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
-            right[:-1, n] = -change / difference
-        if neighbours:
-            mode.residual(y, level)
-            factors = _refused_if_singular(mode.factors(y))
-        slope = factors.solve(right)
-        real, imaginary = physical[-3:-1]
+        real, imaginary = mode.physical(path.y)[-3:-1]
         w, zeta = np.sqrt(real), imaginary / (2 * real)
-        d_real, d_imaginary = mode.equations.scale * slope[-3:-1]
-        d_frequency = d_real / (2 * w) / (2 * np.pi)
-        d_damping = d_imaginary / (2 * real) - zeta * d_real / real
         curves.append((w / (2 * np.pi), zeta))
-        by_amplitude.append((d_frequency[0], d_damping[0]))
-        by_parameter.append((d_frequency[1:], d_damping[1:]))
-    shape = len(levels), 2, len(neighbours)
-    return BackbonePoints(
-        np.array(curves), np.array(by_amplitude), np.array(by_parameter).reshape(shape)
-    )
+        if neighbours:
+            d_real, d_imaginary = _derivatives_of_eigenvalue(mode, path.y, neighbours)
+            d_frequency = d_real / (2 * w) / (2 * np.pi)
+            slopes.append((d_frequency, d_imaginary / (2 * real) - zeta * d_real / real))
+    derivatives = np.array(slopes).reshape(-1, 2, 1 + len(neighbours))
+    return BackbonePoints(np.array(curves), derivatives[:, :, 0], derivatives[:, :, 1:])
+
+
+def _derivatives_of_eigenvalue(
+    mode: SensedMode, y: Array, neighbours: Sequence[tuple[SensedMode, SensedMode, float]]
+) -> Array:
+    """Real and imaginary part by ln(amplitude) and by each parameter, (2, 1 + parameters)."""
+    right = np.zeros((y.size, 1 + len(neighbours)))
+    right[-1, 0] = 1.0
+    physical, scale = mode.physical(y), mode.equations.scale
+    for n, (low, high, difference) in enumerate(neighbours, start=1):
+        change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
+        right[:-1, n] = -change / difference
+    factors = mode.factors_at(y)
+    if factors is None:
+        raise NotReached("the matrix of a mode is singular")
+    return scale * factors.solve(right)[-3:-1]
 
 
 class _Path:
@@ -234,9 +239,9 @@ class _Path:
         The mode, its solution at a level, and factors of its matrix there.
     """
 
-    def __init__(self, mode: SensedMode, y: Array, factors: Factors, level: float) -> None:
+    def __init__(self, mode: SensedMode, y: Array, factors: LUFactors, level: float) -> None:
         self._mode = mode
-        self.y, self.factors, self.level = y, factors, level
+        self.y, self.level, self._factors = y, level, factors
         self._tangent, self._bend = self._slope(), np.zeros_like(y)
 
     def advance(self, end: float) -> None:
@@ -250,15 +255,16 @@ class _Path:
             # across a corner of the law slopes tell nothing of what follows
             if np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(step * self._tangent):
                 guess += bend
-            solution, factors = _corrected(self._mode, guess, level)
-            if solution is None or factors is None:
+            corrected = _corrected(self._mode, guess, level)
+            if corrected is None:
                 halvings += 1
                 if halvings > _HALVINGS:
                     raise NotReached(f"no mode was found at the amplitude {np.exp(level):.3g}")
                 length /= 2
                 continue
             before = self._tangent
-            self.y, self.factors, self.level = solution, factors, level
+            self.y, self._factors = corrected
+            self.level = level
             self._tangent = self._slope()
             self._bend = (self._tangent - before) / step
 
@@ -266,25 +272,19 @@ class _Path:
         """Derivative of the unknown by the level."""
         right = np.zeros_like(self.y)
         right[-1] = 1.0
-        return self.factors.solve(right)
+        return self._factors.solve(right)
 
 
-def _refused_if_singular(factors: Factors | None) -> Factors:
-    if factors is None:
-        raise NotReached("the matrix of a mode is singular")
-    return factors
-
-
-def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, Factors | None]:
+def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array, LUFactors] | None:
     """Newton's method at a level of ln(amplitude), with factors near there; None if it fails.
 
     A correction with the factors of the one before is the last where it is so much smaller that
-    what it leaves, which falls as fast again, is far below the tolerance.
+    what it leaves, which falls about as fast again, is far below the tolerance.
     """
     factors, before = None, 0.0
     for _ in range(_ITERATIONS):
         if not (np.all(np.isfinite(y)) and y[-3] > 0):
-            return None, None
+            return None
         residual = mode.residual(y, level)
         if factors is not None:
             change = factors.solve(residual)
@@ -293,7 +293,7 @@ def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, 
                 return y - change, factors
         factors = mode.factors(y)
         if factors is None:
-            return None, None
+            return None
         change = factors.solve(residual)
         size = np.linalg.norm(change)
         is_whole = size <= _LARGEST
@@ -301,7 +301,7 @@ def _corrected(mode: SensedMode, y: Array, level: float) -> tuple[Array | None, 
         if size <= _TOLERANCE * np.linalg.norm(y):
             return y, factors
         before = float(size) if is_whole else 0.0
-    return None, None
+    return None
 
 
 def neighbours_of(

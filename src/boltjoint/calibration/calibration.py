@@ -168,7 +168,8 @@ class Calibration:
         told = ""
         if others.size and others.max() > 0.95:
             told = f", it goes with {names[int(np.argmax(others))]}"
-        return f"its 95 % interval is as wide as half of its bounds{told}"
+        share = 100 * self.determined_share
+        return f"its 95 % interval is wider than {share:g} % of its bounds{told}"
 
     def profile(self, name: str) -> tuple[float, float]:
         """95 % interval by the profile likelihood: all others are fitted anew beside the parameter.

@@ -23,12 +23,15 @@ from scipy.special import gammaln
 
 Array = NDArray[np.float64]
 
+#: Pareto k above which draws do not stand for the posterior
+LARGEST_PARETO_K = 0.7
+
 #: degrees of freedom of the proposal: its tails are heavier than those of a normal distribution
 _FREEDOM = 7
 #: what the cost may rise by along an axis, 1/2 by one standard deviation
 _RISE = 2.0
 #: rounds of draws, and Pareto k at which they end
-_FEWEST_ROUNDS, _MOST_ROUNDS, _RELIABLE = 3, 8, 0.6
+_FEWEST_ROUNDS, _MOST_ROUNDS, _SMALL_ENOUGH = 3, 8, 0.6
 #: effective draws by parameter of which a covariance is taken
 _EFFECTIVE = 5
 #: effective share of draws below which a proposal is left
@@ -48,7 +51,8 @@ class ImportanceDraws:
     scaled
         Resampled draws, (draws, parameters); none where all proposals lie beyond the bounds.
     pareto_k
-        Shape of the tail of the weights: above 0.7 the draws do not stand for the posterior.
+        Shape of the tail of the weights: above ``LARGEST_PARETO_K`` the draws do not stand for the
+        posterior.
     effective
         Effective number of draws.
     """
@@ -96,7 +100,7 @@ def importance_draws(
     is_left = False
     for n in range(1, _MOST_ROUNDS):
         weight = drawn.weights()
-        is_enough = pareto_shape(weight) < _RELIABLE and _effective(weight) > count / 2
+        is_enough = pareto_shape(weight) < _SMALL_ENOUGH and _effective(weight) > count / 2
         if n >= _FEWEST_ROUNDS and is_enough:
             break
         is_left = is_left or _effective(weight) < _SHARE * weight.size

@@ -145,14 +145,15 @@ def _check(options: argparse.Namespace) -> int:
         needed = estimate.estimate(study)
     except ConfigError as error:
         return _refuse(str(error))
+    memory = estimate.machine_memory()
+    shortage = estimate.shortage(needed, memory)
     try:
-        models = list(_models(study))
+        models = [] if shortage else list(_models(study))
     except ValueError as error:
         return _refuse(str(error))
     for line in (*models, *plausible.implausible(study), *estimate.overstrained(study)):
         print(line)
-    memory = estimate.machine_memory()
-    if shortage := estimate.shortage(needed, memory):
+    if shortage:
         return _refuse(shortage)
     print(estimate.summary(needed, memory, os.cpu_count()))
     return 0

@@ -9,8 +9,6 @@ Array = NDArray[np.float64]
 
 #: millimetres of a metre
 MM = 1e3
-#: sizes of joints [m]
-_SIZES = (1e-3, 50.0)
 
 
 def direction_in_words(components: Array) -> str:
@@ -26,11 +24,13 @@ def contact_in_words(name: str, area: Array, gap: Array) -> str:
     )
 
 
-def doubts_of_size(what: str, position: Array, key: str) -> Iterator[str]:
-    """A line where the room that nodes or points, (points, 3) [m], take is not that of a joint.
+def doubts_of_size(
+    what: str, position: Array, usual: tuple[float, float], key: str
+) -> Iterator[str]:
+    """A line where nodes or points, (points, 3) [m], take less or more room than usual [m].
 
     The key is that of their unit.
     """
     size = float(np.ptp(position, axis=0).max())
-    if size and not _SIZES[0] <= size <= _SIZES[1]:
+    if size and not usual[0] <= size <= usual[1]:
         yield f"{what} {MM * size:.4g} mm is unusual: is {key} right?"

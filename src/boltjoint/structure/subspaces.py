@@ -24,6 +24,9 @@ _OUTSIDE = 1e-6
 
 #: modes fewer than there are, of which Arnoldi's method finds as many at most
 _BEYOND_ARNOLDI = 2
+#: modes up to which all are found where unknowns have no mass: Arnoldi's method breaks down where
+#: its vectors are more
+_FEW = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +101,9 @@ class Subspace:
         RuntimeError
             If one of the frequencies is no number or zero within rounding.
         """
-        if count > self.most_modes - _BEYOND_ARNOLDI:
+        moved = np.count_nonzero(self.mass.diagonal()) - self.rigid.shape[1]
+        has_massless = moved < self.most_modes
+        if count > self.most_modes - _BEYOND_ARNOLDI or (has_massless and moved <= _FEW):
             return self._all_modes(stiffness, count)
         # a fixed start that no mode is orthogonal to repeats the result
         start = np.random.default_rng(0).standard_normal(stiffness.shape[0])

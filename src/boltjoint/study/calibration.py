@@ -250,12 +250,13 @@ def answer(calibration: xr.Dataset) -> str:
         for name in map(str, calibration["parameter"].to_numpy())
         if calibration["is_determined"].sel(parameter=name)
     ]
-    points = calibration.sizes["point"]
+    count = calibration.sizes["point"]
+    points = f"{count} measured point{'' if count == 1 else 's'}"
     if values:
         told = ", ".join(values)
-        sentences.append(f"Fitted to {points} measured points: {told} (95 % intervals).")
+        sentences.append(f"Fitted to {points}: {told} (95 % intervals).")
     else:
-        sentences.append(f"None of the parameters can be told by {points} measured points.")
+        sentences.append(f"None of the parameters can be told by {points}.")
     errors = 100 * calibration["rms_error"].to_numpy()
     names = map(str, calibration["curve"].to_numpy())
     parts = [

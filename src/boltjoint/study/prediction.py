@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.importance import LARGEST_PARETO_K
 from boltjoint.calibration.prediction import PredictedCurve, Shift, predict_curves
 from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.config.measured import Measured
@@ -19,7 +20,6 @@ from boltjoint.study.calibrated_joint import (
     measured_backbones,
 )
 from boltjoint.study.calibration import names_of_curves, of_points
-from boltjoint.study.tables.backbones import RELIABLE
 from boltjoint.study.tables.html import number
 
 Array = NDArray[np.float64]
@@ -151,7 +151,7 @@ def answer(prediction: xr.Dataset) -> str:
             )
         sentences.append(said)
     told = f"Predicted, not fitted: {'; '.join(sentences)}."
-    if (shape := prediction.attrs["pareto_k"]) > RELIABLE:
+    if (shape := prediction.attrs["pareto_k"]) > LARGEST_PARETO_K:
         told += (
             " The bands are not reliable: posterior draws do not stand for the posterior "
             f"(Pareto k {number(shape, 2) if np.isfinite(shape) else 'without limit'})."

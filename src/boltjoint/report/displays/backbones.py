@@ -216,7 +216,8 @@ def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     order=2,
     title="posterior draws",
     caption="Draws around the best fit, weighted by the true sum of squares: where Pareto k is "
-    "above 0.7 they do not stand for the posterior, and are not told. All are in calibration.nc.",
+    "above 0.7 they do not stand for the posterior, and their quantiles are left out. All draws "
+    "are in calibration.nc.",
 )
 def posterior(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Quantiles of the draws, and how far they can be trusted."""

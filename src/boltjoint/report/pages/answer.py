@@ -138,7 +138,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     accuracy
         The table of its accuracy in ``headline_basis``.
     content
-        Content of a page that has its node-to-node joint, and the backbone where there is one.
+        Content of a page that has its node-to-node joint, and backbone and calibration where there
+        are any.
     """
     basis = headline_basis(case)
     resonance = case.resonances(basis)[0]
@@ -149,7 +150,8 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     told = sentences, is_untested(peaks), ALL in peaks, beyond_limits(peaks)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     of_mode = in_words([mode.harmonics]) if mode else ""
-    of_basis, is_fitted = basis_error(accuracy) > LARGE_BASIS_ERROR, case.measured is not None
+    of_basis = basis_error(accuracy) > LARGE_BASIS_ERROR
+    is_fitted = bool(calibration_answer(name, case, content.results))
     return _TEXT.summary(resonance, between, *told, unit, mode, of_mode, of_basis, is_fitted)
 
 
@@ -163,7 +165,8 @@ def answers(study: Study) -> str:
     """
     lines = []
     for name, case in study.cases.items():
-        if fitted := _fitted(name, case):
+        of_fit = _files_of_fit(name, case)
+        if fitted := calibration_answer(name, case, Results(of_fit)):
             lines.append(f"{name}: {fitted}")
         of_basis = {"case": name, "basis": headline_basis(case)}
         joint = layout.path("joint", **of_basis, joint=REFERENCE[0])
@@ -176,7 +179,8 @@ def answers(study: Study) -> str:
             joint=REFERENCE[0],
             resonance=case.resonances(of_basis["basis"])[0],
         )
-        results = Results([joint, table, *filter(lambda path: Path(path).exists(), [backbone])])
+        backbones = [path for path in [backbone] if Path(path).exists()]
+        results = Results([joint, table, *backbones, *of_fit])
         accuracy = results.table("accuracy", **of_basis)
         if len(accuracy):
             content = PageContent([], results, Comparison())
@@ -187,10 +191,10 @@ def answers(study: Study) -> str:
     return "\n".join(lines)
 
 
-def _fitted(name: str, case: Case) -> str:
-    """The answer of the calibration of a case, where it has been made."""
+def _files_of_fit(name: str, case: Case) -> list[str]:
+    """Calibration and prediction of a case that have been made."""
     if case.measured is None:
-        return ""
+        return []
     fields = calibrated_joint(name, case)
     paths = [layout.path(kind, **fields) for kind in ("calibration", "prediction")]
-    return calibration_answer(name, case, Results([path for path in paths if Path(path).exists()]))
+    return [path for path in paths if Path(path).exists()]

@@ -22,6 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.importance import LARGEST_PARETO_K
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period, motion_at_peak
 from boltjoint.joint.model import Joint
@@ -231,8 +232,6 @@ def tabulate_parameters(calibration: xr.Dataset) -> pd.DataFrame:
     return frame
 
 
-#: Pareto k above which draws do not stand for the posterior
-RELIABLE = 0.7
 #: quantiles of posterior draws, by the columns of their table
 _QUANTILES = {"2.5_%": 0.025, "median": 0.5, "97.5_%": 0.975}
 
@@ -249,7 +248,8 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns ``parameter, unit, 2.5_%, median, 97.5_%, effective_draws, pareto_k``, the last two
-        of all parameters together; quantiles are empty where Pareto k is above ``RELIABLE``.
+        of all parameters together; quantiles are empty where Pareto k is above
+        ``LARGEST_PARETO_K``.
 
     Raises
     ------
@@ -259,7 +259,7 @@ def tabulate_posterior(calibration: xr.Dataset) -> pd.DataFrame:
     draws = _numbers(calibration, "draws", "draw", "parameter")
     ends = np.full((len(_QUANTILES), draws.shape[1]), np.nan)
     shape = float(calibration.attrs["pareto_k"])
-    if len(draws) and shape <= RELIABLE:
+    if len(draws) and shape <= LARGEST_PARETO_K:
         ends = np.quantile(draws, list(_QUANTILES.values()), axis=0)
     return pd.DataFrame(
         {

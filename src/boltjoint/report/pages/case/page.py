@@ -120,7 +120,7 @@ def case_page(
         *content.remainder(),
     ]
     shown += [replace(section, is_folded=bool(section.body)) for section in details]
-    fitted = _SENTENCE_END.split(calibration_answer(name, case, results))
+    fitted = _SENTENCE_END.split(calibration_answer(name, case, results), maxsplit=1)
     lead = _TEXT.lead(
         fitted, said, comparison.words, case, case.contact.declaration.label, solver.harmonics
     )

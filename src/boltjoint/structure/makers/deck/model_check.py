@@ -31,8 +31,8 @@ from boltjoint.structure.model_facts import (
 Array = NDArray[np.float64]
 
 _GPA = 1e-9
-#: moduli [Pa] and densities [kg/m3] of joints
-_MODULI, _DENSITIES = (5e8, 1e12), (200.0, 25e3)
+#: moduli [Pa], densities [kg/m3] and sizes [m] of assemblies
+_MODULI, _DENSITIES, _SIZES = (5e8, 1e12), (200.0, 25e3), (1e-3, 50.0)
 #: keywords and names of the deck that are told, at most
 _MOST = 8
 #: nodes of a coupling whose mean other constraints hold, beyond which it fills the stiffness
@@ -216,7 +216,7 @@ def _doubts(description: Description, mesh: Mesh) -> list[str]:
             )
         if not _DENSITIES[0] <= density <= _DENSITIES[1]:
             told.append(f"material {material.name}: density {density:.4g} kg/m³ is unusual")
-    told += doubts_of_size("size", mesh.coordinate[mesh.nodes], "units.length")
+    told += doubts_of_size("size", mesh.coordinate[mesh.nodes], _SIZES, "units.length")
     blocks = mesh.blocks(description.units.pascal, mass / length**3)
     return told + element_warnings(blocks)
 

@@ -22,10 +22,10 @@ Array = NDArray[np.float64]
 
 #: natural frequencies that are told
 _FREQUENCIES = 4
-#: natural frequencies [Hz] of a joint's first mode
-_LOWEST = 0.1, 1e5
+#: first natural frequencies of assemblies [Hz], extents of their contact [m]
+_LOWEST, _EXTENTS = (1.0, 1e5), (1e-4, 10.0)
 #: area of the contact points over the square of their extent
-_COVERED = 1e-4, 1e2
+_COVERED = 1e-5, 1e2
 
 
 def check_of(described: Matrices, folder: str | Path) -> tuple[dict[str, str], list[str]]:
@@ -43,7 +43,7 @@ def check_of(described: Matrices, folder: str | Path) -> tuple[dict[str, str], l
     """
     structure = structure_of_matrices(described, folder)
     contact, rigid = structure.contact, structure.rigid_body_motions.shape[1]
-    frequency = _natural_frequencies(structure)
+    frequency = _natural_frequencies(described, structure)
     facts = {
         "degrees of freedom": str(structure.dofs),
         "rigid-body motions without contact": str(rigid),
@@ -56,19 +56,20 @@ def check_of(described: Matrices, folder: str | Path) -> tuple[dict[str, str], l
     }
     if (load := contact.normal_load) is not None:
         facts["normal loads"] = f"{load.sum():.6g} N on {np.count_nonzero(load)} points"
-    facts["bolts"] = "; ".join(map(_bolt_in_words, structure.bolts)) or "none"
+    bolts = "; ".join(map(_bolt_in_words, structure.bolts))
+    facts["bolts"] = bolts or "none, since normal loads are given"
     facts["inputs"], facts["outputs"] = map(_rows_in_words, (structure.inputs, structure.outputs))
-    return facts, list(_doubts(contact, frequency))
+    return facts, list(_doubts(described, contact, frequency))
 
 
-def _natural_frequencies(structure: Structure) -> Array:
+def _natural_frequencies(described: Matrices, structure: Structure) -> Array:
     """The first elastic ones [Hz]."""
     part = whole(structure, tightened=False)
     K = part.stiffness
     try:
         squared, _ = part.modes(part.factors(K), K, min(_FREQUENCIES, part.most_modes))
     except RuntimeError as error:
-        raise ValueError(str(error)) from error
+        raise ValueError(f"{', '.join(described.named_files)}: {error}") from error
     return np.sqrt(squared) / (2 * np.pi)
 
 
@@ -88,17 +89,19 @@ def _rows_in_words(rows: Mapping[str, Row]) -> str:
     return ", ".join(named) or "none"
 
 
-def _doubts(contact: ContactPoints, frequency: Array) -> Iterator[str]:
+def _doubts(described: Matrices, contact: ContactPoints, frequency: Array) -> Iterator[str]:
     """Numbers that no joint has, as they may be in other units."""
-    yield from doubts_of_size("extent of the contact points", contact.position, "length_unit")
+    yield from doubts_of_size(
+        "extent of the contact points", contact.position, _EXTENTS, "length_unit"
+    )
     extent, area = np.ptp(contact.position, axis=0).max(), contact.area.sum()
     if extent and not _COVERED[0] <= area / extent**2 <= _COVERED[1]:
         yield (
-            f"{1e4 * area:.4g} cm² of contact points that are {MM * extent:.4g} mm apart at most "
-            "is unusual: is contact.area in the square of length_unit?"
+            f"an area of {1e4 * area:.4g} cm² of contact points within {MM * extent:.4g} mm is "
+            "unusual: is contact.area in the square of length_unit?"
         )
     if not _LOWEST[0] <= frequency[0] <= _LOWEST[1]:
-        yield (
-            f"a first natural frequency of {frequency[0]:.4g} Hz is unusual: do stiffness and mass "
-            "go with length_unit?"
-        )
+        question = "do stiffness and mass go together, as N/m with kg or N/mm with t?"
+        if described.modes is not None:
+            question = f"is {described.modes.natural_frequency} in Hz?"
+        yield f"a first natural frequency of {frequency[0]:.4g} Hz is unusual: {question}"
