@@ -13,7 +13,7 @@ __all__ = ["PAGE", "Description", "check", "damping_ratios_of", "make", "size_of
 
 
 #: module that tells pages of them
-PAGE = f"{__name__}.facts"
+PAGE = f"{__name__}.model_check"
 
 
 def make(description: Description, folder: Path) -> "Structure":
