@@ -50,7 +50,7 @@ progress = Progress(
     has_words=JOBS_IN_WORDS in os.environ,
 )
 # jobs on other machines, and a workflow with this one as its module, tell all themselves
-if workflow.is_main_process and workflow.modifier.is_main_snakefile():
+if workflow.is_main_process and workflow.modifier.base_snakefile is None:
     progress.attach(logger)
 
 
