@@ -54,11 +54,16 @@ def wait_for(browser, find):
     return WebDriverWait(browser, 10, poll_frequency=0.05).until(lambda _: find())
 
 
+#: beginnings of addresses of what a page holds itself, and of the browser's own pages
+_OWN = ("data:", "blob:", "chrome:")
+
+
 def requests(browser):
-    """Addresses that the browser has loaded since it was asked last."""
+    """Addresses from elsewhere that the browser has loaded since it was asked last."""
     messages = (json.loads(entry["message"])["message"] for entry in browser.get_log("performance"))
-    return [
+    loaded = (
         each["params"]["request"]["url"]
         for each in messages
         if each["method"] == "Network.requestWillBeSent"
-    ]
+    )
+    return [address for address in loaded if not address.startswith(_OWN)]

@@ -29,8 +29,7 @@ def page(browser, address):
     browser.get(address)
     wait_for(browser, lambda: browser.execute_script("return document.body.dataset.ready"))
     yield browser
-    loaded = [each for each in requests(browser) if not each.startswith(("data:", "blob:"))]
-    assert loaded == [address]
+    assert requests(browser) == [address]
     assert errors(browser) == []
 
 
