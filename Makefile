@@ -23,7 +23,7 @@ oldest:
 	$(PYTHON) -m venv .venv/oldest
 	sed -n 's/^  "\(.*\)>=\(.*\)",$$/\1==\2/p' pyproject.toml > .venv/oldest/constraints.txt
 	.venv/oldest/bin/python -m pip install --quiet --constraint .venv/oldest/constraints.txt --editable .[test]
-	OMP_NUM_THREADS=1 .venv/oldest/bin/python -m pytest --numprocesses $(CORES) -m "not workflow and not report" $(TESTS)
+	OMP_NUM_THREADS=1 .venv/oldest/bin/python -m pytest --numprocesses $(CORES) -m "not workflow and not report" --ignore tests/docs $(TESTS)
 	OMP_NUM_THREADS=1 .venv/oldest/bin/python -m pytest --numprocesses $(CORES) tests/workflow/test_runs.py tests/workflow/test_use_as_module.py
 
 lint: .venv/ready
