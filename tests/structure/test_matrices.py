@@ -255,7 +255,7 @@ def test_a_check_tells_modes_of_several_surfaces_and_given_loads(structure, tmp_
 
 
 def test_a_check_finds_frequencies_where_few_degrees_of_freedom_have_mass(tmp_path):
-    """Arnoldi's method has no as many vectors as it would take."""
+    """Arnoldi's method would take more vectors than there are."""
     variables = blocks()
     variables["M"] = np.diag([1.0] * 8 + [0.0] * 4)
     write_npz(tmp_path / "joint.npz", variables)

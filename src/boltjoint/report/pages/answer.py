@@ -151,7 +151,9 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
     of_mode = in_words([mode.harmonics]) if mode else ""
     of_basis = basis_error(accuracy) > LARGE_BASIS_ERROR
-    is_fitted = bool(calibration_answer(name, case, content.results))
+    is_fitted = case.measured is not None and content.results.has(
+        "calibration", **calibrated_joint(name, case)
+    )
     return _TEXT.summary(resonance, between, *told, unit, mode, of_mode, of_basis, is_fitted)
 
 

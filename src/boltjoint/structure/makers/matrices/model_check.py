@@ -20,6 +20,7 @@ from boltjoint.structure.subspaces import whole
 
 Array = NDArray[np.float64]
 
+_NO_BOLTS = "none, since normal loads are given"
 #: natural frequencies that are told
 _FREQUENCIES = 4
 #: first natural frequencies of assemblies [Hz], extents of their contact [m]
@@ -56,8 +57,7 @@ def check_of(described: Matrices, folder: str | Path) -> tuple[dict[str, str], l
     }
     if (load := contact.normal_load) is not None:
         facts["normal loads"] = f"{load.sum():.6g} N on {np.count_nonzero(load)} points"
-    bolts = "; ".join(map(_bolt_in_words, structure.bolts))
-    facts["bolts"] = bolts or "none, since normal loads are given"
+    facts["bolts"] = "; ".join(map(_bolt_in_words, structure.bolts)) or _NO_BOLTS
     facts["inputs"], facts["outputs"] = map(_rows_in_words, (structure.inputs, structure.outputs))
     return facts, list(_doubts(described, contact, frequency))
 
@@ -119,6 +119,6 @@ def facts_of(described: Matrices) -> dict[str, float | str | tuple[float, ...]]:
     files = ", ".join(described.named_files)
     return {
         f"{'modes' if described.has_modes_only else 'matrices'} from": files,
-        "bolts": described.bolt_count or "none, since normal loads are given",
+        "bolts": described.bolt_count or _NO_BOLTS,
         **{kind: ", ".join(values) or "none" for kind, values in names.items()},
     }
