@@ -32,6 +32,8 @@ ROOMS = (
         "harmonics",
         "names",
         "dataset",
+        "csv_files",
+        "printed",
         "options",
         "other_packages",
     ),

@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 from sweep_examples import GRID_SIZES, KEYS, LEVELS, content_of, sweep_of
 
+from boltjoint import csv_files
 from boltjoint.report.figures.sweeps import plot_sensitivity
 from boltjoint.report.pages.content import address_of_sweep
 from boltjoint.report.pages.sweep.page import (
@@ -197,11 +198,11 @@ def test_indices_of_levels_of_many_digits_have_their_places(tmp_path):
     table = tabulate_sensitivity(content)
     expected = SweepData(content, table).packed()["indices"]
     html.write(table, tmp_path / "t.csv", tmp_path / "t.html", "Sobol indices")
-    written = SweepData(content, html.read(tmp_path / "t.csv")).packed()["indices"]
+    written = SweepData(content, csv_files.read(tmp_path / "t.csv")).packed()["indices"]
     assert [row["level"] for row in written] == [row["level"] for row in expected]
     assert [row["level"] for row in written] == 2 * [0, 0, 0, 1, 1, 1, 2, 2, 2]
     # first order and total of each key at each level
-    (axes, _) = plot_sensitivity(html.read(tmp_path / "t.csv")).axes
+    (axes, _) = plot_sensitivity(csv_files.read(tmp_path / "t.csv")).axes
     assert len(axes.patches) == 2 * len(KEYS) * len(levels)
 
 

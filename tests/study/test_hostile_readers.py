@@ -10,7 +10,7 @@ from hostile_arguments import assert_refused
 from measured_bar import calibration_of_truth, prediction_of_truth
 from small_study import CASE, write_config
 
-from boltjoint import checksums, regular_file
+from boltjoint import checksums, csv_files, regular_file
 from boltjoint.config import csv_table, gap_map, measured, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.study import load_study
@@ -111,8 +111,9 @@ CALLS = {
             "title": "Forces",
         },
     ),
-    "write_data": (html.write_data, {"table": pd.DataFrame({"a": [1.0]}), "csv": "written.csv"}),
-    "read": (html.read, {"path": "tables.csv", "dtype": {"table": str}}),
+    "csv_files.write": (csv_files.write, {"table": pd.DataFrame({"a": [1.0]}), "path": "all.csv"}),
+    "write_rounded": (csv_files.write_rounded, {"table": pd.DataFrame(), "path": "nine.csv"}),
+    "csv_files.read": (csv_files.read, {"path": "tables.csv", "dtype": {"table": str}}),
     "list_designs": (
         list_designs,
         {

@@ -7,11 +7,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from boltjoint import checksums
+from boltjoint import checksums, csv_files
 from boltjoint.checksums import DamagedFile
 from boltjoint.study import layout
 from boltjoint.study.results import Results
-from boltjoint.study.tables import html as tables
 
 ENVIRONMENT = layout.path("environment")
 TIMING = {"case": "a", "basis": "free-4", "joint": "regions=2/elements=2"}
@@ -22,7 +21,7 @@ FIT_TIMING = layout.path("fit_timing", **TIMING)
 def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     checksums.write_text(ENVIRONMENT, json.dumps({"system": "a"}))
-    tables.write_data(pd.DataFrame({"cpu_s": [0.1]}), FIT_TIMING)
+    csv_files.write(pd.DataFrame({"cpu_s": [0.1]}), FIT_TIMING)
 
 
 def read():

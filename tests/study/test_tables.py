@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 from small_joint import make_joint, make_preload
 
+from boltjoint import csv_files
 from boltjoint.dataset import DamagedFile
 from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
@@ -497,7 +498,7 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
 def test_table_on_paper(tmp_path):
     table = pd.DataFrame({"peak_frequency_Hz": [70.123456, np.nan], "joint": ["a<b", "c"]})
     tables.write(table, tmp_path / "t.csv", tmp_path / "t.html", "A & B")
-    pd.testing.assert_frame_equal(tables.read(tmp_path / "t.csv"), table)
+    pd.testing.assert_frame_equal(csv_files.read(tmp_path / "t.csv"), table)
     page = (tmp_path / "t.html").read_text()
     for text in ("peak frequency (Hz)", "a&lt;b", "<h1>A &amp; B</h1>", "70.12", "–"):
         assert text in page
@@ -511,7 +512,7 @@ def test_levels_of_a_table_are_read_as_they_were(tmp_path):
     values = np.array(LONG_LEVELS) / 3
     table = pd.DataFrame({"force_N": [*LONG_LEVELS, np.nan], "peak_mm": [*values, np.nan]})
     tables.write(table, tmp_path / "t.csv", tmp_path / "t.html", "levels")
-    found = tables.read(tmp_path / "t.csv")
+    found = csv_files.read(tmp_path / "t.csv")
     np.testing.assert_array_equal(found["force_N"], table["force_N"])
     np.testing.assert_allclose(found["peak_mm"], table["peak_mm"], rtol=1e-8)
     lines = (tmp_path / "t.csv").read_text().splitlines()
@@ -520,7 +521,7 @@ def test_levels_of_a_table_are_read_as_they_were(tmp_path):
     assert lines[2] == "10.123456789012,3.3744856"
     # what pandas itself wrote for later stages is read as exactly
     table.to_csv(tmp_path / "check.csv", index=False)
-    found = tables.read(tmp_path / "check.csv")
+    found = csv_files.read(tmp_path / "check.csv")
     np.testing.assert_array_equal(found["force_N"], table["force_N"])
 
 
@@ -531,7 +532,7 @@ def test_residuals_in_time_are_those_of_their_levels(study, tmp_path):
     check = check_solutions(joint_to_dataset(nodes), response)
     check.to_csv(tmp_path / "check.csv", index=False)
     which = ("node-to-node", "linear", 1)
-    table = tabulate_accuracy({which: response}, {which: tables.read(tmp_path / "check.csv")})
+    table = tabulate_accuracy({which: response}, {which: csv_files.read(tmp_path / "check.csv")})
     assert table["residual_in_time"].notna().all()
 
 
@@ -552,7 +553,7 @@ def test_a_damaged_table_is_named(tmp_path, content):
     path = tmp_path / "t.csv"
     path.write_bytes(content)
     with pytest.raises(DamagedFile) as caught:
-        tables.read(path)
+        csv_files.read(path)
     (sentence,) = str(caught.value).splitlines()
     assert sentence.startswith(f"{path}: ")
     assert sentence.endswith(": delete it and run again")
@@ -560,4 +561,4 @@ def test_a_damaged_table_is_named(tmp_path, content):
 
 def test_a_missing_table_is_missing_not_damaged(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"t\.csv: there is no such file"):
-        tables.read(tmp_path / "t.csv")
+        csv_files.read(tmp_path / "t.csv")

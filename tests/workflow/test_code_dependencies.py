@@ -124,6 +124,15 @@ def test_words_of_pages_leave_figures_and_tables_alone(name, used):
     assert not [file for file in files if file.startswith("report/pages/templates")]
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["find_modes", "reduce_joint", "solve_responses", "solve_designs", "calibrate_joint"],
+)
+def test_nothing_is_solved_again_for_the_sake_of_a_page(name):
+    script = PACKAGE.parents[1] / f"workflow/scripts/{name}.py"
+    assert not [file for file in Sources().used_by(script) if not file.endswith(".py")]
+
+
 def test_imports_for_type_checkers_do_not_count(tmp_path):
     package = tmp_path / "package"
     package.mkdir()

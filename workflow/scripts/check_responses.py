@@ -1,8 +1,7 @@
 """Find the residuals in time of the frequency responses of a case in a basis."""
 
-from boltjoint import dataset
+from boltjoint import csv_files, dataset
 from boltjoint.provenance import logs
-from boltjoint.study.tables import html as tables
 from boltjoint.verification.residual_in_time import check_solutions
 
 logs.write_to(snakemake.log[0])
@@ -11,4 +10,4 @@ checked = zip(
 )
 for joint, response, path in checked:
     table = check_solutions(dataset.load(joint), dataset.load(response))
-    tables.write_data(table, path)
+    csv_files.write(table, path)

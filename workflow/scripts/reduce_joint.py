@@ -5,11 +5,10 @@ import time
 import pandas as pd
 import xarray as xr
 
-from boltjoint import dataset
+from boltjoint import csv_files, dataset
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.provenance import logs
-from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params
@@ -25,4 +24,4 @@ def reduce() -> xr.Dataset:
 
 
 save_joint(reduce, snakemake.output.joint, params, params.of_sweep)
-tables.write_data(pd.DataFrame({"cpu_s": taken}), snakemake.output.timing)
+csv_files.write(pd.DataFrame({"cpu_s": taken}), snakemake.output.timing)

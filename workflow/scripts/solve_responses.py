@@ -1,10 +1,9 @@
 """Solve the frequency responses of a case in a basis, and trace its backbones."""
 
-from boltjoint import dataset
+from boltjoint import csv_files, dataset
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.provenance import logs
 from boltjoint.study.solution import CaseInBasis
-from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])
 output, params = snakemake.output, snakemake.params
@@ -18,4 +17,4 @@ solved = case.solve(params.responses, backbones, harmonics=harmonics, **params.o
 paths = zip(output.responses, output.timings, strict=True)
 for (path, timing), (response, parameters, times) in zip(paths, solved, strict=True):
     dataset.save(response, path, parameters)
-    tables.write_data(times, timing)
+    csv_files.write(times, timing)

@@ -9,10 +9,11 @@ from markupsafe import Markup
 
 from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.friction.declarations import DECLARATIONS
+from boltjoint.printed import number
 from boltjoint.report.comparison import Beside, BesideElements, Comparison
 from boltjoint.reproduction.published import BASIS, Published
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.tables.html import number, template_environment
+from boltjoint.study.tables.html import template_environment
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Artefact

@@ -16,12 +16,12 @@ from boltjoint.config.measured import Measured
 from boltjoint.config.units import unit_of
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint
+from boltjoint.printed import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,
     measured_backbones,
 )
-from boltjoint.study.tables.html import number
 
 Array = NDArray[np.float64]
 

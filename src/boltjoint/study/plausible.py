@@ -7,6 +7,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.described import Described
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER
+from boltjoint.printed import number
 
 
 class Plausible(NamedTuple):
@@ -71,9 +72,6 @@ def _doubt(key: str, value: float) -> str:
     lowest, highest, below, above = RANGES[key]
     if lowest <= value <= highest:
         return ""
-    # every job reads this module, and tables take their time to import
-    from boltjoint.study.tables.html import number
-
     guess = below if value < lowest else above
     usual = f"{number(lowest)} to {number(highest)}"
     return f"{number(value)} is unusual for a bolted joint ({usual}){guess and ': ' + guess}"

@@ -14,13 +14,13 @@ from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.config.measured import Measured
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint
+from boltjoint.printed import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,
     measured_backbones,
 )
 from boltjoint.study.calibration import names_of_curves, of_points
-from boltjoint.study.tables.html import number
 
 Array = NDArray[np.float64]
 

@@ -8,9 +8,8 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
-from boltjoint import checksums, dataset
+from boltjoint import checksums, csv_files, dataset
 from boltjoint.study import layout
-from boltjoint.study.tables import html as tables
 
 
 class Results:
@@ -26,7 +25,7 @@ class Results:
         self._paths = frozenset(map(str, paths))
         self._load = cache(dataset.load)
         # as text: tables 3.1 and 3.10 are two
-        self._read = cache(partial(tables.read, dtype={"source_table": str}))
+        self._read = cache(partial(csv_files.read, dtype={"source_table": str}))
 
     def dataset(self, kind: str, **fields: object) -> xr.Dataset:
         """A netCDF file (``layout.path``)."""

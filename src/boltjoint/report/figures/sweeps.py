@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from boltjoint.printed import number
 from boltjoint.report.figures.style import (
     MM,
     REGION_COLOURS,
@@ -20,7 +21,6 @@ from boltjoint.report.figures.style import (
     level_colours,
 )
 from boltjoint.study.solved_designs import peak_variable
-from boltjoint.study.tables.html import number
 from boltjoint.study.tables.sweeps import (
     backbone_quantiles,
     response_quantiles,

@@ -11,6 +11,7 @@ from markupsafe import Markup
 
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
+from boltjoint.printed import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.document import (
@@ -23,7 +24,6 @@ from boltjoint.report.pages.document import (
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results
-from boltjoint.study.tables.html import number
 
 #: any page of the report: all lie in one folder
 _PAGE = layout.page("overview")

@@ -7,11 +7,11 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
+from boltjoint.printed import number
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.structure.limits import LIMITS, STRESS, Limit
 from boltjoint.study.response_list import headline_basis
-from boltjoint.study.tables.html import number
 
 #: peaks that a sentence tells all of
 _FEW = 4

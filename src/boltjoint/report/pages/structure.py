@@ -7,12 +7,12 @@ from markupsafe import Markup
 
 from boltjoint.config.described import Described
 from boltjoint.config.makers import page_of
+from boltjoint.printed import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, prose, render_page, table_with_caption
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.results import Results
-from boltjoint.study.tables.html import number
 
 _TEXT = prose("structure")
 

@@ -1,17 +1,16 @@
-"""Tables as CSV files beside a page of each, and as HTML for the pages of the report."""
+"""Tables as HTML: for pages of the report, and each on a page beside its CSV file."""
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from io import StringIO
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pandas as pd
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
-from boltjoint import checks, checksums
-from boltjoint.checksums import DamagedFile
+from boltjoint import checks, csv_files
+from boltjoint.printed import number
 
 #: numbers of a column that differ by more than this ratio get decimals each by itself
 _WIDE_RATIO = 300
@@ -129,24 +128,6 @@ def heading(column: str) -> str:
     return column.replace("_", " ")
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number in text, with this many significant digits.
-
-    >>> number(0.001), number(37976.0), number(7.3e-15), number(-11.1288)
-    ('0.001', '37976', '7.3 × 10⁻¹⁵', '−11.13')
-    """
-    if value == 0 or 1e-4 <= abs(value) < 1e7:
-        before = 1 + math.floor(math.log10(abs(value))) if value else 1
-        text = f"{value:.{max(0, digits - before)}f}"
-        text = text.rstrip("0").rstrip(".") if "." in text else text
-    else:
-        base, power = f"{value:.{min(digits, 3) - 1}e}".split("e")
-        base = base.rstrip("0").rstrip(".")
-        exponent = str(int(power)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-        text = f"{base} × 10{exponent}"
-    return text.replace("-", "−")
-
-
 def _spans(spans: Sequence[str], first: Sequence[bool]) -> list[tuple[str, int]]:
     """The headings above several columns, and above how many each stands."""
     starts = [index for index, new in enumerate(first) if new]
@@ -228,77 +209,9 @@ def _cell(value: object, decimals: int | None) -> str:
     return number(value)
 
 
-#: column of the excitation levels, by which rows of several tables and results belong together
-_LEVEL = "force_N"
-_DIGITS = "%.9g"
-
-
 def write(table: pd.DataFrame, csv: str | Path, page: str | Path, title: str) -> None:
-    """Write a table as CSV and as an HTML page.
-
-    Parameters
-    ----------
-    table
-        Columns named ``quantity_unit`` in snake case.
-    csv, page
-        Files to write; numbers in the CSV have nine significant digits, excitation levels all. Its
-        checksum lies beside it.
-    title
-        Heading of the page.
-    """
-    checks.instance("table", table, pd.DataFrame)
+    """Write a table as CSV (``csv_files.write_rounded``) and as an HTML page under its title."""
     checks.instance("title", title, str)
     page = checks.path("page", page)
-    exact = table
-    if _LEVEL in table:
-        exact = table.assign(**{_LEVEL: table[_LEVEL].map(_all_digits, na_action="ignore")})
-    checksums.write_text(csv, exact.to_csv(index=False, float_format=_DIGITS))
+    csv_files.write_rounded(table, csv)
     page.write_text(table_page(table, title), encoding="utf-8")
-
-
-def write_data(table: pd.DataFrame, csv: str | Path) -> None:
-    """Write data as CSV with all digits; as for ``write``."""
-    checks.instance("table", table, pd.DataFrame)
-    checksums.write_text(csv, table.to_csv(index=False))
-
-
-def read(path: str | Path, dtype: Mapping[str, type] | None = None) -> pd.DataFrame:
-    """Read a table of the results, its excitation levels as they were written.
-
-    Parameters
-    ----------
-    path
-        A CSV file.
-    dtype
-        Types of columns that differ from those that their values suggest.
-
-    Raises
-    ------
-    FileNotFoundError
-        If there is no such file.
-    DamagedFile
-        If the file does not have its checksum (``checksums.read_text``), is empty, ends within a
-        row, or is no table.
-    """
-    if dtype is not None:
-        checks.mapping("dtype", dtype)
-        for column, kind in dtype.items():
-            checks.subclass(f"dtype of {column}", kind, object)
-    text = checksums.read_text(path)
-    if not text.endswith("\n"):
-        raise DamagedFile(path, "is not complete, its last row has no end")
-    try:
-        return pd.read_csv(StringIO(text), dtype=dtype, converters={_LEVEL: _number})
-    except ValueError as error:  # what pandas raises is a ValueError
-        raise DamagedFile(path, f"cannot be read ({str(error).strip()})") from error
-
-
-def _all_digits(number: float) -> str:
-    """A number in as many digits as tell it from all others, and in nine if these do."""
-    short = _DIGITS % number
-    return short if float(short) == number else repr(float(number))
-
-
-def _number(cell: str) -> float:
-    # some versions of pandas read numbers of many digits to the last but one
-    return float(cell or "nan")

@@ -13,10 +13,10 @@ from boltjoint.config.settings import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName, Preload
+from boltjoint.printed import number
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import table_with_caption
 from boltjoint.study.results import Results
-from boltjoint.study.tables.html import number
 
 _MM = 1e3
 

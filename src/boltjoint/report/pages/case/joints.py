@@ -9,10 +9,10 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, Coordinates, JointName
+from boltjoint.printed import number
 from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
 from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.report.pages.peaks import ALL, SOLVED, peaks_of_coordinates, statement_of
-from boltjoint.study.tables.html import number
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,14 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from boltjoint.config.sweep import Sweep
+from boltjoint.printed import number
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.structure.limits import LIMITS
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 from boltjoint.study.solved_designs import error_of_sweep, peak_variable
-from boltjoint.study.tables.html import html_table, number
+from boltjoint.study.tables.html import html_table
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys
 
