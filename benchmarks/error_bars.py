@@ -29,8 +29,8 @@ from boltjoint.config.settings import ContactAdaptedBasis
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import converge_peak
 from boltjoint.dynamics.response.phase_resonance import PeakSearch, find_peak

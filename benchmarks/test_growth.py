@@ -56,6 +56,7 @@ def finer(joint: Joint, elements: int) -> Joint:
         normal_mode=None if joint.normal_mode is None else joint.normal_mode[pair],
         position=position,
         element_position=position,
+        places=joint.places and joint.places.at(pair),
     )
 
 

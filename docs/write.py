@@ -66,6 +66,16 @@ class Tables:
         which = {"joint": joint, "coordinates": coordinates, "resonance": 1, "force_N": force}
         return self.value(f"accuracy_{case}_free-4", column, **which)
 
+    def converged(self, case: str, force: float, column: str) -> float:
+        """A value of the converged peak of all pairs in 40 vectors around the first resonance."""
+        which = {"joint": "node-to-node", "coordinates": "linear", "resonance": 1, "force_N": force}
+        return self.value(f"accuracy_{case}_enriched-40", f"converged_{column}", **which)
+
+    def model_error(self, case: str, force: float, column: str) -> float:
+        """Error of a peak of the source's model against the converged one [%]."""
+        peak = self.accuracy(case, "node-to-node", "linear", force, column)
+        return 100 * (peak / self.converged(case, force, column) - 1)
+
     def largest(self, case: str, joint: str, coordinates: str, column: str) -> float:
         """The value of a column that is farthest from zero, over all forces and resonances."""
         found = self.rows(f"accuracy_{case}_free-4", joint=joint, coordinates=coordinates)[column]

@@ -35,6 +35,7 @@ from boltjoint.joint.bands import (
     inner_and_outer_bands,
 )
 from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.fitting import fit_elements
 from boltjoint.joint.hysteresis import (
     amplitude_of_load,
@@ -44,7 +45,6 @@ from boltjoint.joint.hysteresis import (
     unloading_branch,
 )
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, load_joint
-from boltjoint.joint.model import merge_points
 from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.joint.partition import choose_count, partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint

@@ -11,8 +11,8 @@ from small_joint import make_joint
 
 from boltjoint.config.case import Case
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.phase_resonance import find_peak

@@ -15,10 +15,10 @@ from boltjoint.dynamics.response.stability import largest_multiplier
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.kelvin_voigt import KelvinVoigtLayer
+from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.joint.reductions import reduce_joint
-from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state
 

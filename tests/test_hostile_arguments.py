@@ -20,12 +20,12 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response import branch, folds, response_file
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.joint import bands, clusters, fitting, hysteresis, io, model, partition
+from boltjoint.joint import bands, clusters, derived, fitting, hysteresis, io, model, partition
 from boltjoint.joint.clusters import cluster_by_motion
-from boltjoint.measurement.free_decay import RegressionOptions
 from boltjoint.measurement.identification import scatter_between
 from boltjoint.measurement.signals import Signals
 from boltjoint.measurement.stepped_sine import identify_constant_response
+from boltjoint.measurement.window_choice import RegressionOptions
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
@@ -220,7 +220,7 @@ CALLS = {
     "joint_from_dataset": (io.joint_from_dataset, {"stored": STORED}),
     "joint_to_dataset": (io.joint_to_dataset, {"joint": JOINT, "reduced_from": STORED}),
     "merge_points": (
-        model.merge_points,
+        derived.merge_points,
         {"joint": JOINT, "region": np.arange(60) // 20, "weight": np.ones(60)},
     ),
     "keep_elements": (model.keep_elements, {"joint": JOINT, "weight": np.ones(60)}),

@@ -27,13 +27,13 @@ from boltjoint.dynamics.response.windows import Resonance as Resonance
 from boltjoint.dynamics.response.windows import frequency_window as frequency_window
 from boltjoint.friction.constant import ConstantLoad as ConstantLoad
 from boltjoint.friction.variable import VariableLoad as VariableLoad
+from boltjoint.joint.derived import merge_points as merge_points
+from boltjoint.joint.derived import rescale_contact as rescale_contact
 from boltjoint.joint.io import load_joint as load_joint
 from boltjoint.joint.model import Joint as Joint
-from boltjoint.joint.model import merge_points as merge_points
 from boltjoint.joint.node_to_node import connect_nodes as connect_nodes
 from boltjoint.joint.partition import partition_regions as partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint as fit_reduced_joint
-from boltjoint.joint.rescaled import rescale_contact as rescale_contact
 from boltjoint.measurement.identification import identify_ring_down as identify_ring_down
 from boltjoint.measurement.signals import read_signals as read_signals
 from boltjoint.measurement.simulated_ring_down import simulate_ring_down as simulate_ring_down

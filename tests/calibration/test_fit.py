@@ -21,7 +21,7 @@ from boltjoint.calibration.importance import pareto_shape
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter, ParameterSpace, Prior
 from boltjoint.calibration.residuals import ModelCurves
-from boltjoint.joint.rescaled import rescale_contact
+from boltjoint.joint.derived import rescale_contact
 from boltjoint.measurement.identification import IdentifiedMode
 
 SCALED = np.array([np.log(2e6), np.log(36.0), -0.5, np.log(0.004)])

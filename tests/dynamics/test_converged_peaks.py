@@ -12,8 +12,8 @@ from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response import frequency_response
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, converge_peak
 from boltjoint.dynamics.response.left_out_harmonics import (

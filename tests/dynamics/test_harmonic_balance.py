@@ -13,7 +13,8 @@ from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
-from boltjoint.joint.model import Joint, merge_points
+from boltjoint.joint.derived import merge_points
+from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 

@@ -9,8 +9,8 @@ from small_joint import make_joint
 
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.dynamics.response.model_limits import LimitsReached, add_limits
-from boltjoint.structure.limits import DISPLACEMENT, SLIP, STRESS
+from boltjoint.dynamics.response.limits_at_peaks import LimitsReached, add_limits
+from boltjoint.structure.model_limits import DISPLACEMENT, SLIP, STRESS
 
 FORCES = [0.01, 5.0]
 

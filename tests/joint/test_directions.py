@@ -12,8 +12,9 @@ from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.clusters import find_slip_states
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
-from boltjoint.joint.model import count_alike, keep_elements, merge_points
+from boltjoint.joint.model import count_alike, keep_elements
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state

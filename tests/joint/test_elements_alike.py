@@ -7,7 +7,8 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
-from boltjoint.joint.model import count_alike, keep_elements, merge_points
+from boltjoint.joint.derived import merge_points
+from boltjoint.joint.model import count_alike, keep_elements
 
 
 @pytest.mark.parametrize("law", ["constant", "variable", "iwan"])

@@ -8,8 +8,8 @@ from small_joint import make_joint
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.bands import bands_of_equal_load
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.fit_iwan import fit_iwan_element, fit_iwan_joint
-from boltjoint.joint.model import merge_points
 from boltjoint.joint.reductions import REDUCTIONS, reduce_joint
 from boltjoint.names import REDUCTIONS as DECLARED
 

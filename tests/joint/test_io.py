@@ -8,6 +8,7 @@ import xarray as xr
 
 from boltjoint import dataset
 from boltjoint.dynamics.response.windows import frequency_window
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.io import (
     ImpossibleJoint,
     basis_errors_and_limits,
@@ -18,8 +19,7 @@ from boltjoint.joint.io import (
     model_errors,
     save_joint,
 )
-from boltjoint.joint.model import merge_points
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 
 
 def test_joint_survives_its_file(either, tmp_path):

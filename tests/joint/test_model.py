@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
+import matplotlib
 import numpy as np
 import pytest
 from small_joint import make_joint
 
-from boltjoint.joint.model import merge_points
+from boltjoint.joint.derived import merge_points
 
 
 def test_parts_that_do_not_fit_are_refused(joint):
@@ -101,3 +102,16 @@ def test_weights_that_leave_a_region_without_a_mean_are_refused(joint):
 def test_a_joint_is_told_in_a_line(either):
     elements = f"60 elements ({either.law.name})"
     assert repr(either) == f"<Joint of {elements} on 60 contact points, in 3 modes>"
+
+
+def test_a_joint_draws_its_elements_where_they_are(joint):
+    matplotlib.use("agg")
+    described = joint.to_dataset()
+    assert described.sizes == {"element": joint.law.point_of_element.size}
+    np.testing.assert_array_equal(described["slip_force"], joint.law.slip_force)
+    assert described["tangential_stiffness"].attrs["units"] == "N/m"
+    drawn = joint.plot("tangential_stiffness")
+    np.testing.assert_array_equal(drawn.get_offsets(), joint.element_position[:, :2])
+    np.testing.assert_array_equal(drawn.get_array(), joint.law.tangential_stiffness)
+    with pytest.raises(ValueError, match="name 'colour' is not known; allowed: slip_force"):
+        joint.plot("colour")

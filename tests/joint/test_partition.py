@@ -9,7 +9,7 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.joint.bands import bands_of_equal_load, bands_of_equal_middle_load
-from boltjoint.joint.model import merge_points
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.partition import choose_count, partition_regions, region_error
 
 LAWS = ("constant", "variable")

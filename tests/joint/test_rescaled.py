@@ -5,10 +5,10 @@ import pytest
 from small_joint import connect_small
 
 from boltjoint.friction.registry import LAWS
+from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.fit_iwan import fit_iwan_joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
-from boltjoint.joint.rescaled import rescale_contact
 
 BEFORE = {
     "constant": {"tangential_stiffness": 5e6, "friction_coefficient": 0.1},

@@ -10,8 +10,9 @@ from small_joint import make_joint, make_preload
 
 from boltjoint.joint.bands import bands_of_equal_load, on_each_surface
 from boltjoint.joint.clusters import cluster_by_motion
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
-from boltjoint.joint.model import keep_elements, merge_points
+from boltjoint.joint.model import keep_elements
 from boltjoint.joint.partition import choose_count, partition_regions
 from boltjoint.joint.surface_places import SurfacePlaces
 

@@ -3,7 +3,8 @@
 import numpy as np
 import xarray as xr
 
-from boltjoint.config.sweep import Sweep, exchanged
+from boltjoint.config.sampling import exchanged
+from boltjoint.config.sweep import Sweep
 
 LEVELS = (1.0, 10.0, 100.0)
 FREQUENCY = np.linspace(60, 80, 41)

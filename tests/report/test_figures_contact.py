@@ -9,8 +9,8 @@ from text_boxes import faults
 
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction import contact_states
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.io import joint_to_dataset
-from boltjoint.joint.model import merge_points
 from boltjoint.report.figures.contact import (
     _STATES,
     plot_contact,

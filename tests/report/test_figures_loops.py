@@ -5,9 +5,9 @@ import pytest
 from figure_parts import curves, legend_texts
 from small_joint import make_joint, make_preload
 
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.hysteresis import loading_curve
 from boltjoint.joint.io import joint_to_dataset
-from boltjoint.joint.model import merge_points
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.report.figures.contact import plot_loops

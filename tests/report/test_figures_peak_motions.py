@@ -12,8 +12,8 @@ from small_study import CASE, write_config
 
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks, find_converged_peak
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.names import REFERENCE, Basis

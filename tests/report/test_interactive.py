@@ -22,7 +22,7 @@ from boltjoint.report.pages.interactive.view import (
     packed_contact,
     packed_displacement,
 )
-from boltjoint.structure.limits import LINEAR
+from boltjoint.structure.model_limits import LINEAR
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 

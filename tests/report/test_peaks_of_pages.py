@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from small_joint import make_joint
 
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.document import prose

@@ -8,7 +8,7 @@ from scipy.linalg import null_space
 
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import constraints
+from boltjoint.structure.makers.deck import constraint_rows
 from boltjoint.structure.makers.deck.assembled import constrain, matrices
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
@@ -44,10 +44,10 @@ def constrained(tmp_path):
 
 def zero_modes(assembled):
     """Motions of bodies that constraints allow, and whether the stiffness knows more."""
-    motions = constraints.motions_of_bodies(
-        assembled.mesh, assembled.unknowns, constraints.bodies(assembled.mesh)
+    motions = constraint_rows.motions_of_bodies(
+        assembled.mesh, assembled.unknowns, constraint_rows.bodies(assembled.mesh)
     )
-    return constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
+    return constraint_rows.allowed(motions, assembled.rows, assembled.held).shape[1]
 
 
 def zero_eigenvalues(assembled):

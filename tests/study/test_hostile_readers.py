@@ -13,13 +13,21 @@ from small_study import CASE, write_config
 from boltjoint import checksums, csv_files, regular_file
 from boltjoint.config import csv_table, gap_map, measured, strict_yaml
 from boltjoint.config.distributions import Linear
+from boltjoint.config.sampling import Saltelli
 from boltjoint.config.study import load_study
-from boltjoint.config.sweep import Saltelli
 from boltjoint.reproduction.case_studies import name_case_studies, name_tables, name_timed_joints
 from boltjoint.reproduction.published import Published
 from boltjoint.structure import elasticity
 from boltjoint.study.designs import list_designs, values_of
-from boltjoint.study.tables import accuracy, backbones, html, meshes, peaks, sobol_indices, sweeps
+from boltjoint.study.tables import (
+    accuracy,
+    backbones,
+    harmonic_peaks,
+    html,
+    meshes,
+    sobol_indices,
+    sweeps,
+)
 
 TEXTS = {
     "table.csv": "a,b\n1,2\n",
@@ -137,7 +145,7 @@ CALLS = {
         meshes.tabulate_convergence,
         {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
     ),
-    "tabulate_harmonic_peaks": (peaks.tabulate_harmonic_peaks, {"response": RESPONSE}),
+    "tabulate_harmonic_peaks": (harmonic_peaks.tabulate_harmonic_peaks, {"response": RESPONSE}),
     "tabulate_parameters": (backbones.tabulate_parameters, {"calibration": CALIBRATION}),
     "tabulate_correlation": (backbones.tabulate_correlation, {"calibration": CALIBRATION}),
     "tabulate_residuals": (backbones.tabulate_residuals, {"calibration": CALIBRATION}),

@@ -7,11 +7,11 @@ import pytest
 from small_joint import make_joint
 
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, converge_peak
-from boltjoint.study.tables.peaks import tabulate_larger_basis
+from boltjoint.study.tables.harmonic_peaks import tabulate_larger_basis
 
 LOSS = 0.01
 FORCES = [1.0, 20.0]

@@ -8,23 +8,23 @@ from small_joint import connect_small
 from boltjoint import backbone_at
 from boltjoint.config.case import Case
 from boltjoint.config.distributions import Linear, Lognormal, Normal, Triangular
-from boltjoint.config.sweep import Grid, Saltelli, Samples, Table
+from boltjoint.config.sampling import Grid, Saltelli, Samples, Table
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.model_limits import ModelLimits, add_limits
+from boltjoint.dynamics.response.limits_at_peaks import ModelLimits, add_limits
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
-from boltjoint.joint.io import ImpossibleJoint
+from boltjoint.joint.derived import rescale_contact
+from boltjoint.joint.io import ImpossibleJoint, model_errors
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
-from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
-from boltjoint.structure.limits import DISPLACEMENT, LIMITS, STRESS
+from boltjoint.structure.model_limits import DISPLACEMENT, LIMITS, STRESS
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.solved_designs import (
     check_designs,
@@ -219,6 +219,16 @@ def test_a_check_tells_how_far_the_peaks_are_off():
         assert (error >= off).all()
         # beside it there is the truncation error of the larger model only
         assert (error < 1.5 * off + 0.01).all()
+    # what is estimated of the larger model counts
+    stored = {"weight": 1.0, "basis_amplitude_error": 0.03, "estimated_amplitude_error": 0.01}
+    errors = model_errors(xr.Dataset({name: ((), value) for name, value in stored.items()}))
+    larger = SweptJoint(content, every[:1], errors=errors)
+    estimated = check_designs([larger], designs, 4, seed=2)
+    bars = gather_sweep(content, designs, [solved], grid, estimated)
+    np.testing.assert_allclose(
+        1 + bars["peak_amplitude_error"], 1.03 * 1.01 * (1 + sweep["peak_amplitude_error"])
+    )
+    np.testing.assert_array_equal(bars["peak_frequency_error"], sweep["peak_frequency_error"])
     told = error_of_sweep(sweep)
     assert told.amplitude == pytest.approx(float(sweep["peak_amplitude_error"].max()))
     assert told.designs == 4

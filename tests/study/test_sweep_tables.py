@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from boltjoint.config.distributions import Linear
-from boltjoint.config.sweep import Saltelli, exchanged
+from boltjoint.config.sampling import Saltelli, exchanged
 from boltjoint.study.designs import list_designs
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_extremes, tabulate_statistics

@@ -8,8 +8,8 @@ from small_joint import make_joint, make_preload
 
 from boltjoint import csv_files
 from boltjoint.dataset import DamagedFile
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.methods import LinearModes
 from boltjoint.friction import contact_states
@@ -25,13 +25,13 @@ from boltjoint.study.tables.accuracy import (
     tabulate_models,
     upper_branch,
 )
+from boltjoint.study.tables.harmonic_peaks import tabulate_harmonic_peaks
 from boltjoint.study.tables.joints import (
     tabulate_elements,
     tabulate_fits,
     tabulate_regions,
     tabulate_states,
 )
-from boltjoint.study.tables.peaks import tabulate_harmonic_peaks
 from boltjoint.study.timing import Timed, tabulate_times
 from boltjoint.verification.residual_in_time import check_solutions
 

@@ -7,8 +7,8 @@ from small_joint import make_joint
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.friction.aft import AlternatingFrequencyTime
+from boltjoint.joint.derived import merge_points
 from boltjoint.joint.io import joint_to_dataset
-from boltjoint.joint.model import merge_points
 from boltjoint.verification.residual_in_time import check_solutions, residuals_in_time
 
 LOSS = 0.01

@@ -25,7 +25,7 @@ from small_study import (
 )
 
 from boltjoint import dataset
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 
 #: what is made of every sort of file: basis, joint, response, table, figure, page and sweep
 REPEATED = [

@@ -70,7 +70,7 @@ def fit(
     model
         A joint, whose parameters are those of ``JointParameters``; or a function that takes values
         by name and returns a joint and the damping of its structure, in the same coordinates for
-        all values (as ``joint.rescaled.rescale_contact`` does).
+        all values (as ``joint.derived.rescale_contact`` does).
     measured
         One or several curves.
     parameters

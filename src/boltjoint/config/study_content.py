@@ -26,9 +26,10 @@ from boltjoint.config.entries import with_value
 from boltjoint.config.files import Layers, StudyFiles
 from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.makers import is_maker, maker, maker_names, type_of
+from boltjoint.config.sampling import Table
 from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
-from boltjoint.config.sweep import Sweep, Table
+from boltjoint.config.sweep import Sweep
 from boltjoint.config.swept_designs import (
     SweptDesigns,
     conflicts_of_preload_with_gap,

@@ -15,15 +15,9 @@ from boltjoint.config.case import Case
 from boltjoint.config.csv_table import CsvTable, TableError
 from boltjoint.config.described import Described
 from boltjoint.config.entries import Entry, explain
+from boltjoint.config.sampling import Grid, design_columns, grid_values
 from boltjoint.config.strict_yaml import as_text
-from boltjoint.config.sweep import (
-    LEVEL_KEYS,
-    MOST_JOBS,
-    Grid,
-    Sweep,
-    design_columns,
-    grid_values,
-)
+from boltjoint.config.sweep import LEVEL_KEYS, MOST_JOBS, Sweep
 from boltjoint.config.types import KeyPath, Problems, unforeseen
 from boltjoint.config.varied_keys import (
     ASSEMBLY,

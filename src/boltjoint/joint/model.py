@@ -12,8 +12,10 @@ University: eq. 3.1 and 3.2.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
@@ -23,6 +25,9 @@ from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.parts import Contact, Excitation, RelativeModes, Sensors, count_same
 from boltjoint.joint.surface_places import SURFACE, SurfacePlaces
+
+if TYPE_CHECKING:
+    from matplotlib.collections import PathCollection
 
 Array = NDArray[np.float64]
 
@@ -117,33 +122,19 @@ class Joint:
         position = checks.array("position", self.position, ("points", 3))
         on = self.law.point_of_element
         modes, points, elements = frequency.size, len(position), on.size
+        if modes == 0:
+            raise ValueError("natural_frequency is empty: a structure has at least one mode")
+        checks.choice("excitation_unit", self.excitation_unit, EXCITATION_UNITS)
+        checks.sequence("sensor_name", self.sensor_name, str)
+        object.__setattr__(self, "sensor_name", tuple(self.sensor_name))
         expected = {
             "natural_frequency": (modes,),
             "excitation_mode": (modes,),
             "response_mode": (modes,),
             "position": (points, 3),
             "element_position": (elements, 3),
+            **_shapes_where_needed(self, points, modes),
         }
-        if modes == 0:
-            raise ValueError("natural_frequency is empty: a structure has at least one mode")
-        for direction, name in MODES.items():
-            is_needed = direction in self.law.directions
-            if is_needed != (getattr(self, name) is not None):
-                verb = "needs" if is_needed else "has no use for"
-                raise ValueError(f"the law {self.law.name!r} {verb} a {direction} mode")
-            if is_needed:
-                expected[name] = (points, modes)
-        if self.excitation_mode_cos is not None:
-            expected["excitation_mode_cos"] = (modes,)
-        checks.choice("excitation_unit", self.excitation_unit, EXCITATION_UNITS)
-        checks.sequence("sensor_name", self.sensor_name, str)
-        object.__setattr__(self, "sensor_name", tuple(self.sensor_name))
-        if self.sensor_mode is not None or self.sensor_name:
-            expected["sensor_mode"] = (len(self.sensor_name), modes)
-        if self.free_frequency is not None or self.free_participation is not None:
-            of_free = () if self.free_frequency is None else self.free_frequency
-            free = checks.array("free_frequency", of_free, ("free modes",)).size
-            expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
         for name, shape in expected.items():
             object.__setattr__(self, name, checks.array(name, getattr(self, name), shape))
         checks.instance("places", self.surface_places, SurfacePlaces)
@@ -158,6 +149,14 @@ class Joint:
         elements = f"{self.law.point_of_element.size} elements ({self.law.name})"
         modes = self.natural_frequency.size
         return f"<Joint of {elements} on {self.points} contact points, in {modes} modes>"
+
+    def to_dataset(self) -> xr.Dataset:
+        """What describes the elements, and where they are; files hold more (``joint.io``)."""
+        return self.contact.to_dataset()
+
+    def plot(self, name: str = "slip_force", **style: Any) -> "PathCollection":  # noqa: ANN401
+        """Draw a quantity of the elements over the contact, as ``Contact.plot`` does."""
+        return self.contact.plot(name, **style)
 
     @cached_property
     def excitation(self) -> Excitation:
@@ -202,12 +201,8 @@ class Joint:
 
     def moved_as(self, transform: Callable[[Array], Array]) -> RelativeModes:
         """The fields of ``rows``, each transformed in the same way, for ``dataclasses.replace``."""
-        moved = RelativeModes(tangential_mode=transform(self.tangential_mode))
-        if self.lateral_mode is not None:
-            moved["lateral_mode"] = transform(self.lateral_mode)
-        if self.normal_mode is not None:
-            moved["normal_mode"] = transform(self.normal_mode)
-        return moved
+        needed = (MODES[direction] for direction in self.law.directions)
+        return cast("RelativeModes", {name: transform(getattr(self, name)) for name in needed})
 
     @cached_property
     def distinct(self) -> "Joint":
@@ -292,58 +287,30 @@ class Joint:
             )
 
 
+def _shapes_where_needed(joint: Joint, points: int, modes: int) -> dict[str, tuple[int, ...]]:
+    """Shapes of the fields that some joints have; a ``ValueError`` if a law lacks one it needs."""
+    expected: dict[str, tuple[int, ...]] = {}
+    for direction, name in MODES.items():
+        is_needed = direction in joint.law.directions
+        if is_needed != (getattr(joint, name) is not None):
+            verb = "needs" if is_needed else "has no use for"
+            raise ValueError(f"the law {joint.law.name!r} {verb} a {direction} mode")
+        if is_needed:
+            expected[name] = (points, modes)
+    if joint.excitation_mode_cos is not None:
+        expected["excitation_mode_cos"] = (modes,)
+    if joint.sensor_mode is not None or joint.sensor_name:
+        expected["sensor_mode"] = (len(joint.sensor_name), modes)
+    if joint.free_frequency is not None or joint.free_participation is not None:
+        of_free = () if joint.free_frequency is None else joint.free_frequency
+        free = checks.array("free_frequency", of_free, ("free modes",)).size
+        expected |= {"free_frequency": (free,), "free_participation": (free, modes)}
+    return expected
+
+
 def _in_one_plane(position: Array) -> SurfacePlaces:
     """Places of points (points, 3) that lie on one surface, along x and y."""
     return SurfacePlaces(np.full(len(position), SURFACE), position[:, :2])
-
-
-def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:
-    """Joint of regions, each moving as one artificial point, the mean of its points (eq. 3.1, 3.2).
-
-    Every element stays; those of a region all see the displacement of its point.
-
-    Parameters
-    ----------
-    joint
-        A joint with any number of points.
-    region
-        Region of every point, from 0 without gaps, shape (points,).
-    weight
-        Weight of every point in the mean of its region, shape (points,); equal by default.
-
-    Returns
-    -------
-    Joint
-        With as many points as regions, and the elements of the joint.
-
-    Raises
-    ------
-    ValueError
-        If the regions do not fit the points, a number is left out, a region has points of two
-        surfaces, or a weight is negative or all weights of a region are zero.
-    """
-    checks.instance("joint", joint, Joint)
-    region = checks.indices("region", region, (joint.points,))
-    size = np.bincount(region)
-    if np.any(size == 0):
-        raise ValueError(f"region must count from 0 without gaps: no point has {np.argmin(size)}")
-    if weight is None:
-        share = 1 / size[region]
-    else:
-        weight = checks.array("weight", weight, region.shape, at_least=0)
-        total = np.bincount(region, weight)
-        if np.any(total == 0):
-            raise ValueError(f"weight is zero in all of region {np.argmin(total)}")
-        share = weight / total[region]
-    mean = np.zeros((size.size, joint.points))
-    mean[region, np.arange(joint.points)] = share
-    return replace(
-        joint,
-        **joint.moved_as(lambda B: mean @ B),
-        position=mean @ joint.position,
-        places=joint.places and joint.places.merged(mean, region),
-        law=joint.contact.element_law.moved_to(region[joint.law.point_of_element]),
-    )
 
 
 def keep_elements(joint: Joint, weight: Array) -> Joint:

@@ -31,7 +31,8 @@ from boltjoint.joint.clusters import (
     find_slip_states,
     modal_stiffness_where,
 )
-from boltjoint.joint.model import Joint, merge_points
+from boltjoint.joint.derived import merge_points
+from boltjoint.joint.model import Joint
 from boltjoint.joint.surface_places import SurfacePlaces
 
 Array = NDArray[np.float64]

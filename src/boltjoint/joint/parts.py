@@ -5,15 +5,20 @@ The structure itself is a ``damping.ModalStructure``. Each part is asked for wha
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypedDict
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.dataset import quantity
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.surface_places import SurfacePlaces
+
+if TYPE_CHECKING:
+    from matplotlib.collections import PathCollection
 
 Array = NDArray[np.float64]
 
@@ -147,3 +152,39 @@ class Contact:
         """Modes in which a contact point moves by more than rounding, shape (modes,)."""
         moved = np.max([abs(B).max(axis=0) for B in self.rows], axis=0)
         return moved > rounding * moved.max()
+
+    def to_dataset(self) -> xr.Dataset:
+        """What describes the elements, by ``element``, and where each is: ``x``, ``y``, ``z`` [m].
+
+        The law is made of elements.
+        """
+        law = self.element_law
+        described = {"slip_force": quantity("element", law.slip_force, "N", "slip force")}
+        for name, (unit, meaning) in law.quantities.items():
+            described[name] = quantity("element", law.quantity(name), unit, meaning)
+        places = {
+            axis: quantity("element", place, "m", f"{axis} of the element")
+            for axis, place in zip("xyz", self.element_position.T, strict=True)
+        }
+        return xr.Dataset(described, places, {"law": law.name})
+
+    def plot(self, name: str = "slip_force", **style: Any) -> "PathCollection":  # noqa: ANN401
+        """Draw a quantity of the elements over the contact with matplotlib, into the current axes.
+
+        Parameters
+        ----------
+        name
+            A variable of ``to_dataset``.
+        style
+            Options of ``xarray.Dataset.plot.scatter``.
+
+        Returns
+        -------
+        PathCollection
+            The elements, along the two axes in which they extend farthest.
+        """
+        described = self.to_dataset()
+        checks.choice("name", name, [str(variable) for variable in described])
+        along, across, _ = np.argsort(-np.ptp(self.element_position, axis=0), stable=True)
+        axes = {"x": "xyz"[along], "y": "xyz"[across], "hue": name, "add_legend": False}
+        return described.plot.scatter(**{**axes, **style})

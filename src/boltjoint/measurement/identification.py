@@ -2,7 +2,7 @@
 
 Two methods are side by side. *Analytic signal*: phase and amplitude of the band-passed signal at
 all times. *Peak finding*: its extrema alone, whose phases are multiples of pi (peak finding and
-fitting). The same local least squares (``free_decay``) differentiate both.
+fitting). The same local least squares (``window_choice``) differentiate both.
 
 The energy of a mode whose frequency w falls with its amplitude a is not that of a linear one. The
 damping ratio of the backbone has the factor of a softening spring::
@@ -22,15 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.measurement.free_decay import (
-    AnalyticSignal,
-    LocalFit,
-    NoisyDecay,
-    RegressionOptions,
-    analytic_signal,
-    noise_level,
-)
+from boltjoint.measurement.analytic_signal import AnalyticSignal, analytic_signal, noise_level
 from boltjoint.measurement.signals import Signals
+from boltjoint.measurement.window_choice import LocalFit, NoisyDecay, RegressionOptions
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

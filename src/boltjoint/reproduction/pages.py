@@ -9,7 +9,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.report.pages.case.joints import side_by_side
+from boltjoint.report.pages.case.basis import side_by_side
 from boltjoint.report.pages.content import anchor_of, page_of
 from boltjoint.report.pages.document import Section, link, table_with_caption
 from boltjoint.reproduction.comparison import (

@@ -1,4 +1,4 @@
-"""Modes at the places that decide how far the model of a structure holds (``structure.limits``).
+"""Modes at the places that decide how far a model holds (``structure.model_limits``).
 
 Modes are kept at the few places where one of them is largest: nodes, holes of bolts, and cells. So
 what motions of several modes reach there is at least what they reach. The stress is nominal: that
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from boltjoint.dataset import quantity
 from boltjoint.structure.bolts import distance_to_bolts
 from boltjoint.structure.geometry import CentreStresses, Geometry
-from boltjoint.structure.limits import DISPLACEMENT, SLIP, STRESS
 from boltjoint.structure.model import Bolt, Structure
+from boltjoint.structure.model_limits import DISPLACEMENT, SLIP, STRESS
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import path_of, value_at
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.element_law import ElementLaw
+from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.model import Joint
-from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.measurement.signals import UNITS
 
 #: the quantity of elements by which a friction coefficient acts, where they have none

@@ -12,10 +12,10 @@ from boltjoint import checks
 from boltjoint.config.varied_keys import is_rescaled
 from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.balance.modal_contact import ModalContact
-from boltjoint.dynamics.response.converged_peak import ConvergedPeak
+from boltjoint.dynamics.response.error_bars import ConvergedPeak
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
-from boltjoint.structure.limits import LIMITS, Limit
+from boltjoint.structure.model_limits import LIMITS, Limit
 from boltjoint.study.designs import varied
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Designs of a sweep: values of the keys that vary, and the joint of each and how it is solved."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -15,25 +15,26 @@ from boltjoint.config.case import Case
 from boltjoint.config.csv_table import read_file
 from boltjoint.config.distributions import DISTRIBUTIONS, Values
 from boltjoint.config.entries import Entry
-from boltjoint.config.sweep import Design, Grid, Saltelli, Samples, design_columns
+from boltjoint.config.sampling import Design, Grid, Saltelli, Samples, design_columns
 from boltjoint.config.varied_case import read_table, refused, with_values
 from boltjoint.config.varied_keys import Quantity, is_rescaled, rescaled_keys
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response.converged_peak import ConvergedPeak
 from boltjoint.dynamics.response.converged_peaks import find_converged_peak
+from boltjoint.dynamics.response.error_bars import ConvergedPeak
 from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
+from boltjoint.dynamics.response.limits_at_peaks import ModelLimits
 from boltjoint.dynamics.response.methods import Problem
-from boltjoint.dynamics.response.model_limits import ModelLimits
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
+from boltjoint.joint.derived import rescale_contact
+from boltjoint.joint.io import model_errors
 from boltjoint.joint.model import Joint
-from boltjoint.joint.rescaled import rescale_contact
 from boltjoint.solvers.equations import StepControl
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 
 if TYPE_CHECKING:
     from boltjoint.dynamics.response.branch import Branch
@@ -209,6 +210,9 @@ class SweptJoint:
         Numbers of harmonics and tolerances of converged peaks.
     limits
         Limits of the model that the joint knows.
+    errors
+        What is estimated of the errors of its model, as from ``joint.io.model_errors``; nothing by
+        default.
     """
 
     case: Mapping[str, Any]
@@ -217,6 +221,7 @@ class SweptJoint:
     control: StepControl | None = None
     harmonics: HarmonicConvergence = HarmonicConvergence()
     limits: ModelLimits = ModelLimits()
+    errors: xr.Dataset = field(default_factory=lambda: model_errors(xr.Dataset()))
 
     @cached_property
     def base(self) -> Case:

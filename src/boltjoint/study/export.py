@@ -15,7 +15,7 @@ from boltjoint.config.types import ConfigError
 from boltjoint.harmonics import Components
 from boltjoint.joint.surface_places import pairs_of_elements
 from boltjoint.names import REFERENCE
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 from boltjoint.structure.vtu import write_period
 from boltjoint.study import layout
 

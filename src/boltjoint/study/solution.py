@@ -11,20 +11,20 @@ import xarray as xr
 from boltjoint import dataset
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.response.converged_peak import add_converged_peaks
 from boltjoint.dynamics.response.converged_peaks import (
     converge_peaks,
     find_converged_peaks,
     solve_converged_response,
 )
+from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import (
     MethodOptions,
     method_of,
     solve_response,
 )
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
+from boltjoint.dynamics.response.limits_at_peaks import LimitsReached, add_limits
 from boltjoint.dynamics.response.methods import Problem
-from boltjoint.dynamics.response.model_limits import LimitsReached, add_limits
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint

@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,7 @@ from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
+from boltjoint.dynamics.response.error_bars import error_bar
 from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.study.common_to_designs import (
     IMPOSSIBLE,
@@ -29,7 +30,7 @@ from boltjoint.study.common_to_designs import (
 from boltjoint.study.designs import SweptJoint, values_of, varied
 
 #: what of a peak is checked
-QUANTITIES = ("frequency", "amplitude")
+QUANTITIES: tuple[Literal["frequency"], Literal["amplitude"]] = ("frequency", "amplitude")
 
 
 def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
@@ -54,10 +55,7 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
     variables, errors = {"checked_design": check["checked_design"].variable}, []
     for what in QUANTITIES:
         peak = check[f"peak_{what}_converged"].variable
-        ratio = at[peak_variable(solved, what)].to_numpy() / peak.to_numpy()
-        bar = 1 + check[f"peak_{what}_truncation_error"].to_numpy()
-        bar = bar * (1 + check[f"peak_{what}_inertia_error"].to_numpy())
-        error = np.maximum(ratio, 1 / ratio) * bar - 1
+        error = error_bar(check, what, at[peak_variable(solved, what)].to_numpy())
         errors.append(error)
         largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)
         largest[np.isneginf(largest)] = np.nan
@@ -289,7 +287,8 @@ def check_designs(
     -------
     Dataset
         ``checked.nc``: by ``checked`` the ``checked_design``, counted from 0, and by ``checked``
-        and ``force`` its peaks as ``solve_designs`` gives them.
+        and ``force`` its peaks as ``solve_designs`` gives them, and the largest estimated errors of
+        the larger model, as from ``joint.io.model_errors``.
 
     Raises
     ------
@@ -305,7 +304,9 @@ def check_designs(
     drawn = designs.isel(design=rows)
     peaks = solve_designs(variants, drawn, range(rows.size), threads, converged=True)
     row = quantity("checked", rows, "1", "number of the design, from 0")
-    return peaks.rename(design="checked").assign(checked_design=row)
+    of_model = xr.concat([joint.errors for joint in _possible_joints(variants)], "variant")
+    errors = of_model.max("variant", keep_attrs=True)
+    return peaks.rename(design="checked").assign(checked_design=row).merge(errors)
 
 
 def gather_sweep(

@@ -28,7 +28,8 @@ from boltjoint.dynamics.backbone.peak_force import PeakSensitivity
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.declarations import AXES
 from boltjoint.friction.protocol import FrictionLaw
-from boltjoint.joint.model import Joint, merge_points
+from boltjoint.joint.derived import merge_points
+from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
 from boltjoint.structure.basis.candidates import Candidates, SpringContact

@@ -31,6 +31,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.config.settings import HyperReduction
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
@@ -46,6 +47,9 @@ from boltjoint.solvers.newton import newton
 logger = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
+
+#: tolerances that a study has unless it says otherwise
+_OF_STUDY = HyperReduction()
 
 
 @dataclass(frozen=True)
@@ -94,8 +98,8 @@ def weigh_pairs(
     damping: Damping | float,
     *,
     count: int | None = None,
-    frequency_tolerance: float = 1e-3,
-    amplitude_tolerance: float = 1e-2,
+    frequency_tolerance: float = _OF_STUDY.frequency_tolerance,
+    amplitude_tolerance: float = _OF_STUDY.amplitude_tolerance,
     windows: Mapping[int, tuple[float, float] | None] = MappingProxyType({1: None}),
     control: StepControl | None = None,
     options: HyperReductionOptions = HyperReductionOptions(),

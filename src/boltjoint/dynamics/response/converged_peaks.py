@@ -20,7 +20,7 @@ from boltjoint.dynamics.balance.periodic_motion import (
     find_superharmonic,
     motion_at_peak,
 )
-from boltjoint.dynamics.response.converged_peak import (
+from boltjoint.dynamics.response.error_bars import (
     ConvergedPeak,
     add_converged_peaks,
     converged_peaks_to_dataset,

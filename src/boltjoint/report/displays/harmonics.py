@@ -80,7 +80,7 @@ def harmonic_peaks(
     artefact: Artefact, results: "Results", response: Mapping[str, Any]
 ) -> "pd.DataFrame":
     """Peaks of the node-to-node joint with increasing numbers of harmonics."""
-    from boltjoint.study.tables.peaks import tabulate_harmonic_peaks
+    from boltjoint.study.tables.harmonic_peaks import tabulate_harmonic_peaks
 
     solved = results.dataset("response", case=artefact.case, **response)
     return tabulate_harmonic_peaks(solved)
@@ -129,7 +129,7 @@ def larger_basis(
     """Converged peaks of the reference model against those in a larger basis."""
     from boltjoint.joint.io import joint_from_dataset
     from boltjoint.solvers.equations import StepControl
-    from boltjoint.study.tables.peaks import tabulate_larger_basis
+    from boltjoint.study.tables.harmonic_peaks import tabulate_larger_basis
 
     return tabulate_larger_basis(
         results.dataset("response", case=artefact.case, **response),

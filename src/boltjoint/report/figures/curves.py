@@ -9,11 +9,11 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint.harmonics import harmonics_of_level
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 
 #: millimetres of a metre
 _MM = 1e3
-#: where a limit of the model is reached (``structure.limits``)
+#: where a limit of the model is reached (``structure.model_limits``)
 LIMIT_LINE: Mapping[str, Any] = {"linestyle": (0, (5, 2)), "linewidth": 0.9, "marker": "none"}
 LIMIT = "the model ends"
 
@@ -45,7 +45,7 @@ class ResponseCurve:
         Harmonics of its motions.
     model_limit
         Amplitude, as above, beyond which the model does not hold, by the first of the limits that
-        are proportional to it (``structure.limits``); not a number where none is known.
+        are proportional to it (``structure.model_limits``); not a number where none is known.
     """
 
     level: float

@@ -10,7 +10,7 @@ from boltjoint.names import REFERENCE
 from boltjoint.printed import number
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
-from boltjoint.structure.limits import LIMITS, STRESS, Limit
+from boltjoint.structure.model_limits import LIMITS, STRESS, Limit
 from boltjoint.study.response_list import headline_basis
 
 #: peaks that a sentence tells all of

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.harmonics import harmonics_of_level
 from boltjoint.names import REFERENCE
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 
 #: errors of a peak, and what they are errors of
 PEAK_ERRORS = {

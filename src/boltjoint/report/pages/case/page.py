@@ -16,14 +16,14 @@ from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.answer import calibration_answer, calibration_section, summary
-from boltjoint.report.pages.case.facts import facts
-from boltjoint.report.pages.case.joints import (
+from boltjoint.report.pages.case.basis import (
     CaseBasis,
     joint_figures,
     peaks,
     responses,
     statement_of_response,
 )
+from boltjoint.report.pages.case.configuration import facts
 from boltjoint.report.pages.content import (
     PageContent,
     StudyTable,

@@ -23,7 +23,7 @@ from boltjoint.config.sweep import Sweep
 from boltjoint.printed import number
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
-from boltjoint.structure.limits import LIMITS
+from boltjoint.structure.model_limits import LIMITS
 from boltjoint.study import layout
 from boltjoint.study.results import Results
 from boltjoint.study.solved_designs import error_of_sweep, peak_variable

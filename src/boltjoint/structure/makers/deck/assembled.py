@@ -9,7 +9,7 @@ from scipy import sparse
 
 from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import beams, constraints
+from boltjoint.structure.makers.deck import beams, constraint_rows
 from boltjoint.structure.makers.deck.bolts import Cut, cut
 from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Coupling, Deck, Tie
 from boltjoint.structure.makers.deck.labels import Indices
@@ -50,7 +50,7 @@ class Assembled:
     rows: list[Rows]
     held: NDArray[np.bool_]
     elimination: Elimination
-    ties: tuple[constraints.TiedNodes, ...]
+    ties: tuple[constraint_rows.TiedNodes, ...]
 
 
 def constrain(
@@ -97,15 +97,15 @@ def constrain(
         *((tie, True) for tie in deck.ties),
         *((_tie_of(pair), False) for pair in tied_pairs),
     ]:
-        mesh, of_tie, tied = constraints.tie(
+        mesh, of_tie, tied = constraint_rows.tie(
             mesh, tie, tolerance, taken, is_strict=is_strict, adjust=adjust
         )
         rows.append(_wide(of_tie, unknowns.size))
         ties.append(tied)
-    rows += constraints.section_rows(cuts, unknowns)
+    rows += constraint_rows.section_rows(cuts, unknowns)
     rows += _couplings(deck, unknowns, mesh)
-    rows.append(constraints.equation_rows(deck.equations, unknowns, mesh))
-    held, supports = constraints.support_rows(boundaries, unknowns, mesh)
+    rows.append(constraint_rows.equation_rows(deck.equations, unknowns, mesh))
+    held, supports = constraint_rows.support_rows(boundaries, unknowns, mesh)
     rows.append(supports)
     rows = [constraint for constraint in rows if constraint.matrix.shape[0]]
     kept = np.zeros(unknowns.size, bool)
@@ -149,7 +149,7 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
     joined: dict[int, tuple[list[Indices], list[Array], str]] = {}
     for number, coupling in enumerate(deck.couplings):
         name = f"{coupling.place}: *COUPLING {coupling.name or number + 1}"
-        node, weight = constraints.coupled_nodes(mesh, coupling)
+        node, weight = constraint_rows.coupled_nodes(mesh, coupling)
         if not coupling.of_surface:
             # CalculiX: the node of the element DCOUP3D, lines of one block together
             reference = node_of_element(deck, coupling)
@@ -161,15 +161,17 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
         if coupling.kind == "kinematic":
             node = mesh.with_copies(mesh.origin[node])
             rows.append(
-                constraints.kinematic_rows(name, reference, node, coupling.dofs, unknowns, mesh)
+                constraint_rows.kinematic_rows(name, reference, node, coupling.dofs, unknowns, mesh)
             )
         else:
             rows.append(
-                constraints.distributing_rows(name, reference, node, weight, unknowns, mesh)
+                constraint_rows.distributing_rows(name, reference, node, weight, unknowns, mesh)
             )
     for reference, (nodes, weights, name) in joined.items():
         node, weight = np.concatenate(nodes), np.concatenate(weights)
-        rows.append(constraints.distributing_rows(name, reference, node, weight, unknowns, mesh))
+        rows.append(
+            constraint_rows.distributing_rows(name, reference, node, weight, unknowns, mesh)
+        )
     for body in deck.rigid_bodies:
         name = f"{body.place}: *RIGID BODY"
         if body.kind == "elements":
@@ -182,7 +184,9 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
         else:
             node = mesh.with_copies(deck.nodes_of(body.nodes))
         reference = deck.node_of(body.reference)
-        rows.append(constraints.kinematic_rows(name, reference, node, body.dofs, unknowns, mesh))
+        rows.append(
+            constraint_rows.kinematic_rows(name, reference, node, body.dofs, unknowns, mesh)
+        )
     return rows
 
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.elements.suitability import element_warnings
-from boltjoint.structure.makers.deck import beams, constraints, interfaces
+from boltjoint.structure.makers.deck import beams, constraint_rows, interfaces
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain
 from boltjoint.structure.makers.deck.bolts import (
     Cut,
@@ -95,14 +95,14 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         "volume (cm³)": f"{1e6 * mesh.volume:.6g}",
         "mass (kg)": f"{weight:.6g}",
         "size (mm)": " x ".join(f"{MM * edge:.5g}" for edge in size),
-        "bodies": str(int(constraints.bodies(mesh).max()) + 1),
+        "bodies": str(int(constraint_rows.bodies(mesh).max()) + 1),
     }
 
 
 def _of_constraints(assembled: Assembled) -> dict[str, str]:
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
-    free = constraints.allowed(motions, assembled.rows, assembled.held).shape[1]
+    motions = constraint_rows.motions_of_bodies(mesh, unknowns, constraint_rows.bodies(mesh))
+    free = constraint_rows.allowed(motions, assembled.rows, assembled.held).shape[1]
     ties = [
         f"{tie.name}: {len(tie.node)} nodes, up to {round(MM * tie.distance, 9):.3g} mm"
         for tie in assembled.ties
@@ -121,7 +121,7 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
     bolts = bolts_of(mesh.deck, description.wanted_bolts)
     loads = loads_of(mesh.deck, bolts)
     lengths = lengths_given(mesh.deck, bolts)
-    told, body, of_beams = [], constraints.bodies(mesh), beams.bolt_beams(mesh.deck)
+    told, body, of_beams = [], constraint_rows.bodies(mesh), beams.bolt_beams(mesh.deck)
     for number, bolt in enumerate(bolts):
         words = [bolt.name]
         if isinstance(bolt, SectionBolt):

@@ -13,7 +13,7 @@ from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.geometry import CellMaterial, Geometry
-from boltjoint.structure.makers.deck import beams, constraints
+from boltjoint.structure.makers.deck import beams, constraint_rows
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain, matrices
 from boltjoint.structure.makers.deck.bolts import (
     DeckBolts,
@@ -184,8 +184,8 @@ def _motions(
 ) -> tuple[Array, int]:
     """Rigid-body motions of the whole, shape (dofs, motions), and how many of bodies more."""
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
-    factors = constraints.allowed(motions, assembled.rows, assembled.held)
+    motions = constraint_rows.motions_of_bodies(mesh, unknowns, constraint_rows.bodies(mesh))
+    factors = constraint_rows.allowed(motions, assembled.rows, assembled.held)
     # each unknown that is left is one of all, with the factor 1
     free = assembled.elimination.free
     column = T.shape[1]
@@ -233,12 +233,12 @@ def _check_sliding(
 ) -> None:
     """Refuse bodies that slide where the normal displacement of closed points is zero."""
     mesh, unknowns = assembled.mesh, assembled.unknowns
-    motions = constraints.motions_of_bodies(mesh, unknowns, constraints.bodies(mesh))
+    motions = constraint_rows.motions_of_bodies(mesh, unknowns, constraint_rows.bodies(mesh))
     own = _own_unknowns(T, assembled.elimination.free)
     wide = sparse.coo_array(structure.contact.relative[3 * closed + 2])
     places = wide.coords[0], own[wide.coords[1]]
     rows = sparse.coo_array((wide.data, places), shape=(len(closed), unknowns.size)).tocsr()
-    left = constraints.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
+    left = constraint_rows.allowed(motions, assembled.rows, assembled.held, rows).shape[1]
     sliding = left - structure.rigid_body_motions.shape[1]
     if sliding > 0:
         raise ValueError(
@@ -325,7 +325,7 @@ def _geometry(description: Description, mesh: Mesh, displacement: sparse.csc_arr
     number = np.full(mesh.node_count, -1)
     number[mesh.nodes] = np.arange(len(mesh.nodes))
     most = max(solid.kind.nodes for solid in mesh.solids)
-    body, cells, parts = constraints.bodies(mesh), [], []
+    body, cells, parts = constraint_rows.bodies(mesh), [], []
     for solid in mesh.solids:
         cell = np.full((len(solid.place), most), -1)
         cell[:, : solid.kind.nodes] = number[solid.node[:, solid.kind.vtk_order]]

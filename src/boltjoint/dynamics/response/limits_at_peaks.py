@@ -1,4 +1,4 @@
-"""How much of the limits of its model a structure reaches at peaks (``structure.limits``)."""
+"""How much of the limits of its model a structure reaches at peaks (``structure.model_limits``)."""
 
 import logging
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at_peak
-from boltjoint.structure.limits import LIMITS, Limit
+from boltjoint.structure.model_limits import LIMITS, Limit
 
 logger = logging.getLogger(__name__)
 
@@ -36,7 +36,7 @@ class ModelLimits:
 
     @classmethod
     def of(cls, joint: xr.Dataset) -> Self:
-        """Those that ``joint.nc`` has (``structure.limits``)."""
+        """Those that ``joint.nc`` has (``structure.model_limits``)."""
         known = tuple(limit for limit in LIMITS if limit.modes in joint)
         modes = (joint[limit.modes].transpose(..., "mode").to_numpy() for limit in known)
         return cls(known, tuple(modes), tuple(joint[limit.limit].to_numpy() for limit in known))
@@ -65,7 +65,7 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
         ``response.nc``.
     joint
         ``joint.nc`` of the same modes, with limits and modes at the places that decide
-        (``structure.limits``).
+        (``structure.model_limits``).
 
     Returns
     -------

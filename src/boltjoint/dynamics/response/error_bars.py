@@ -1,7 +1,7 @@
-"""Peaks with as many harmonics as change nothing, in result files: values, errors and motion."""
+"""Error bars of peaks, and peaks with as many harmonics as change nothing in result files."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from boltjoint.dataset import quantities, quantity
 from boltjoint.dynamics.balance.periodic_motion import Superharmonic
 from boltjoint.dynamics.response.harmonic_convergence import PeakSequence
+
+Array = NDArray[np.float64]
 
 
 class ConvergedPeak(NamedTuple):
@@ -57,25 +59,44 @@ def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Datas
     """
     errors = {}
     for what in ("frequency", "amplitude"):
-        ratio = (response[f"peak_{what}"] / converged[f"peak_{what}_converged"]).to_numpy()
-        bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
-        bar = bar * (1 + np.asarray(converged.get(f"peak_{what}_inertia_error", 0.0)))
-        for of in ("basis", "weights"):
-            estimate = float(converged.get(f"{of}_{what}_error", 0.0))
-            # what is not estimated is no part of the bar, and told apart from it
-            bar = bar * (1 + (0.0 if np.isnan(estimate) else estimate))
+        bar = error_bar(converged, what)
         meaning = f"error bar of peak_{what}_converged, relative"
-        errors[f"peak_{what}_converged_error"] = quantity("force", bar - 1, "1", meaning)
-        # over the smaller of both, so that it holds the difference over either
-        own = np.maximum(ratio, 1 / ratio) * bar - 1
+        errors[f"peak_{what}_converged_error"] = quantity("force", bar, "1", meaning)
+        own = error_bar(converged, what, response[f"peak_{what}"].to_numpy())
         meaning = f"error bar of peak_{what}, relative"
         errors[f"peak_{what}_error"] = quantity("force", own, "1", meaning)
     return response.merge(converged).assign(errors)
 
 
-def converged_peaks_to_dataset(
-    peaks: Sequence[ConvergedPeak], output_mode: NDArray[np.float64]
-) -> xr.Dataset:
+def error_bar(
+    converged: xr.Dataset, what: Literal["frequency", "amplitude"], peak: Array | None = None
+) -> Array:
+    """Relative error bars of converged peaks, or of other peaks that they are better than.
+
+    Parameters
+    ----------
+    converged
+        Converged peaks and each part of their errors: of truncation and inertia; of basis and
+        weights for all of them, if these are to count.
+    what
+        Frequency or amplitude.
+    peak
+        Other peaks, of the shape of the converged ones: their difference counts too, over the
+        smaller of both, so that the bar holds it over either.
+    """
+    bar = 1 + converged[f"peak_{what}_truncation_error"].to_numpy()
+    bar = bar * (1 + np.asarray(converged.get(f"peak_{what}_inertia_error", 0.0)))
+    for of in ("basis", "weights"):
+        estimate = float(converged.get(f"{of}_{what}_error", 0.0))
+        # what is not estimated is no part of the bar, and told apart from it
+        bar = bar * (1 + (0.0 if np.isnan(estimate) else estimate))
+    if peak is not None:
+        ratio = peak / converged[f"peak_{what}_converged"].to_numpy()
+        bar = bar * np.maximum(ratio, 1 / ratio)
+    return np.asarray(bar - 1, float)
+
+
+def converged_peaks_to_dataset(peaks: Sequence[ConvergedPeak], output_mode: Array) -> xr.Dataset:
     """Peak sequences of the force levels as ``response.nc`` holds them.
 
     Parameters
@@ -132,9 +153,7 @@ def converged_peaks_to_dataset(
     ).assign(_motions(peaks, output_mode))
 
 
-def _motions(
-    peaks: Sequence[ConvergedPeak], output_mode: NDArray[np.float64]
-) -> dict[str, xr.Variable]:
+def _motions(peaks: Sequence[ConvergedPeak], output_mode: Array) -> dict[str, xr.Variable]:
     """Motion of the output point at the converged peaks, by component; nothing without any."""
     last = [
         at.sequence.peaks[-1].motion if at.sequence.has_more_harmonics else None for at in peaks

@@ -1,4 +1,4 @@
-"""Joints under other contact coefficients and another preload than they were made with.
+"""Joints made from others: with merged points, or with other contact and preload.
 
 Contact without initial gap is homogeneous: loads and gaps of the assembled state are those of
 another preload times the ratio of both. With coefficients that are the same on all pairs of a
@@ -19,6 +19,55 @@ from boltjoint.friction.element_law import ContactPairs, ElementLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
+
+
+def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:
+    """Joint of regions, each moving as one artificial point, the mean of its points (eq. 3.1, 3.2).
+
+    Every element stays; those of a region all see the displacement of its point.
+
+    Parameters
+    ----------
+    joint
+        A joint with any number of points.
+    region
+        Region of every point, from 0 without gaps, shape (points,).
+    weight
+        Weight of every point in the mean of its region, shape (points,); equal by default.
+
+    Returns
+    -------
+    Joint
+        With as many points as regions, and the elements of the joint.
+
+    Raises
+    ------
+    ValueError
+        If the regions do not fit the points, a number is left out, a region has points of two
+        surfaces, or a weight is negative or all weights of a region are zero.
+    """
+    checks.instance("joint", joint, Joint)
+    region = checks.indices("region", region, (joint.points,))
+    size = np.bincount(region)
+    if np.any(size == 0):
+        raise ValueError(f"region must count from 0 without gaps: no point has {np.argmin(size)}")
+    if weight is None:
+        share = 1 / size[region]
+    else:
+        weight = checks.array("weight", weight, region.shape, at_least=0)
+        total = np.bincount(region, weight)
+        if np.any(total == 0):
+            raise ValueError(f"weight is zero in all of region {np.argmin(total)}")
+        share = weight / total[region]
+    mean = np.zeros((size.size, joint.points))
+    mean[region, np.arange(joint.points)] = share
+    return replace(
+        joint,
+        **joint.moved_as(lambda B: mean @ B),
+        position=mean @ joint.position,
+        places=joint.places and joint.places.merged(mean, region),
+        law=joint.contact.element_law.moved_to(region[joint.law.point_of_element]),
+    )
 
 
 def rescale_contact(
