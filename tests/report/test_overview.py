@@ -1,10 +1,12 @@
-from page_examples import CASE, ROOT, source_of
+import numpy as np
+import pandas as pd
+from page_examples import CASE, ROOT, edit, results_of, rows_of, source_of
 
 from boltjoint.config.case import Case
 from boltjoint.config.study import load_study
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.overview import overview_page
-from boltjoint.study.artefact_list import Contents
+from boltjoint.study.artefact_list import Artefact, Contents
 from boltjoint.study.results import Results
 
 
@@ -23,3 +25,36 @@ def test_index_says_where_the_source_stands_and_why_not(artefacts):
     text = overview_page(alone, [], artefacts, Results([]), source_of())
     assert "no case of this study is compared with it" in text
     assert "not computed in this study" in text
+
+
+def overview_of_three(artefacts):
+    """The page of a study of which one case of three has results."""
+    case = Case.model_validate(CASE)
+    study = load_study(ROOT)
+    study = study.model_copy(update={"cases": dict.fromkeys(("mine", "second", "third"), case)})
+    return overview_page(study, artefacts, artefacts, results_of(artefacts), source_of())
+
+
+def test_many_cases_are_rows_of_a_table_in_place_of_sentences(artefacts):
+    page = overview_of_three(artefacts)
+    assert 'class="answers"' not in page
+    (row,) = (row for row in rows_of(page, "What each joint does") if row and row[0] == "mine")
+    accuracy = Artefact("accuracy", "table", case="mine", basis="free-4").path
+    first, last = pd.read_csv(accuracy).query("resonance == 1").iloc[[0, 1]].to_dict("records")
+    # sticking and without contact; then force, frequency and response, each with its bar
+    assert row[1:4] == ["free-4", "102", "70.6"]
+    for place, force, peak in ((4, "0.001", first), (9, "50", last)):
+        frequency, response = f"{peak['peak_frequency_Hz']:.2f}", f"{peak['peak_mm_per_N']:g}"
+        cells = [force, frequency, "not tested", response, "not tested"]
+        assert row[place : place + 5] == cells
+
+
+def test_the_table_of_joints_leaves_out_peaks_beyond_the_model(artefacts):
+    edit(
+        "accuracy",
+        lambda table: table.assign(
+            displacement_over_length_percent=np.where(table["force_N"] == 50, 30.0, 0.1)
+        ),
+    )
+    (row,) = (row for row in rows_of(overview_of_three(artefacts), "What each joint does") if row)
+    assert "0.001" in row and "50" not in row

@@ -17,6 +17,7 @@ from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.config.study import Study
 from boltjoint.harmonics import highest_harmonic, in_words
 from boltjoint.names import REFERENCE
+from boltjoint.printed import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent
@@ -24,8 +25,11 @@ from boltjoint.report.pages.document import prose
 from boltjoint.report.pages.peaks import (
     ALL,
     LARGE_BASIS_ERROR,
+    NOT_TESTED,
+    SOLVED,
     basis_error,
     beyond_limits,
+    is_beyond,
     is_untested,
     peaks_in_words,
     peaks_of_reference,
@@ -155,6 +159,44 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
         "calibration", **calibrated_joint(name, case)
     )
     return _TEXT.summary(resonance, between, *told, unit, mode, of_mode, of_basis, is_fitted)
+
+
+def answer_in_columns(
+    name: str, case: Case, accuracy: pd.DataFrame, content: PageContent
+) -> dict[tuple[str, str], object]:
+    """What ``summary`` tells of a case, and its peaks at two forces, as a row of a table.
+
+    The forces are the lowest and the highest at which the peak is within the limits of the model.
+    """
+    basis = headline_basis(case)
+    resonance = case.resonances(basis)[0]
+    between = content.resonance_range(name, basis, resonance)
+    mode = nonlinear_mode(content.results, name, basis, resonance, between)
+    unit = "" if not case.is_base_excited else " m/s²"
+
+    def level(value: float | None) -> object:
+        return None if value is None else f"{number(value, 2)}{unit}"
+
+    row: dict[tuple[str, str], object] = {
+        ("resonance", "sticking_Hz"): between[1] if between else None,
+        ("resonance", "no_contact_Hz"): between[0] if between else None,
+        ("friction", "slip_from_N"): level(mode.slip_level if mode else None),
+        ("friction", "largest_damping_percent"): 100 * mode.largest_damping if mode else None,
+        ("friction", "near_N"): level(mode.level if mode else None),
+    }
+    peaks = peaks_of_reference(accuracy, resonance)
+    within = peaks[~is_beyond(peaks)]
+    under = ALL if ALL in peaks else SOLVED
+    for span, place in (("lowest", 0), ("highest", -1)):
+        if len(within) <= abs(place):
+            break
+        heading, at = f"peak at the {span} force", within.iloc[place]
+        row[heading, "force_N"] = f"{at['', 'force_N']:g}{unit}"
+        for what, of_what in (("frequency", "Hz"), ("response", "mm_per_N")):
+            row[heading, f"{what}_{of_what}"] = at[under, f"{what}_{of_what}"]
+            bar = f"{what}_±_percent"
+            row[heading, bar] = at[under, bar] if under == ALL else NOT_TESTED
+    return row
 
 
 def answers(study: Study) -> str:

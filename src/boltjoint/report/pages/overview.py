@@ -11,7 +11,7 @@ from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
-from boltjoint.report.pages.answer import calibration_answer, summary
+from boltjoint.report.pages.answer import answer_in_columns, calibration_answer, summary
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
 from boltjoint.report.pages.document import (
     Section,
@@ -27,6 +27,9 @@ from boltjoint.study.response_list import by_trust, headline_basis
 from boltjoint.study.results import Results
 
 _TEXT = prose("overview")
+
+#: cases that sentences tell of; more are rows of a table
+_FEW = 2
 
 #: by case and basis
 _Accuracies = Mapping[tuple[str, str], StudyTable | None]
@@ -59,7 +62,7 @@ def overview_page(
     """
     content = PageContent(artefacts, results, comparison)
     accuracies = _accuracies(study, content)
-    lead = _TEXT.answers(_answers(study, content, accuracies)) + _TEXT.lead(comparison.words)
+    lead = _lead(study, content, accuracies) + _TEXT.lead(comparison.words)
     validity = comparison.words("validity") or _TEXT.validity()
     sections = [
         Section("results", "Peaks", _peaks(study, content, accuracies)),
@@ -80,6 +83,31 @@ def _accuracies(study: Study, content: PageContent) -> _Accuracies:
         for name, case in study.cases.items()
         for family in case.bases
     }
+
+
+def _lead(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup:
+    """Sentences on each of a few cases; of more, fits in sentences and a table of the rest."""
+    if len(study.cases) <= _FEW:
+        return _TEXT.answers(_answers(study, content, accuracies))
+    fits = [
+        (link(f"{name}.html", name), told)
+        for name, case in study.cases.items()
+        if (told := calibration_answer(name, case, content.results))
+    ]
+    rows = []
+    for name, case in study.cases.items():
+        basis = headline_basis(case)
+        accuracy = accuracies[name, basis]
+        if accuracy is not None and len(accuracy.frame):
+            row = {("", "case"): link(f"{name}.html", name), ("", "basis"): basis}
+            rows.append(row | answer_in_columns(name, case, accuracy.frame, content))
+    lead = _TEXT.answers(fits) if fits else Markup()
+    if not rows:
+        return lead
+    frame = pd.DataFrame(rows).dropna(axis="columns", how="all")
+    frame.columns = pd.MultiIndex.from_tuples(frame.columns)
+    notes = [_TEXT.behaviour(("friction", "near_N") in frame)]
+    return lead + table_with_caption(frame, "What each joint does", notes)
 
 
 def _answers(

@@ -164,7 +164,7 @@ def table_of_peaks(name: str, case: Case, accuracy: pd.DataFrame, content: PageC
     estimate = basis_error(accuracy)
     told = None if pd.isna(estimate) else number(estimate, 2)
     notes = _TEXT.bars(basis, told, ALL in peaks, estimate > LARGE_BASIS_ERROR)
-    beyond = _is_beyond(peaks)
+    beyond = is_beyond(peaks)
     has_stress = REACHED[STRESS.name] in peaks
     limits = [_TEXT.limits(has_stress, beyond.any())] if _shares_of_limits(peaks) else []
     if harmonics := in_words(peaks[SOLVED, "harmonics"]):
@@ -194,7 +194,7 @@ def beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
     return beyond
 
 
-def _is_beyond(peaks: pd.DataFrame) -> pd.Series:
+def is_beyond(peaks: pd.DataFrame) -> pd.Series:
     """Whether each peak is beyond a limit of the model."""
     beyond = pd.Series(False, peaks.index)
     for limit, shares in _shares_of_limits(peaks).items():
