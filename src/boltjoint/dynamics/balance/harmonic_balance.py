@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from boltjoint import checks
 from boltjoint.damping import Damping, DampingMatrix, ModalStructure, Term, as_damping
@@ -248,7 +247,7 @@ class HarmonicBalance:
     @cached_property
     def _static_stiffness(self) -> NDArray[np.float64]:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
-        matrix = np.asarray(block_diag(*[self.stiffness] * len(self.components)), float)
+        matrix = np.asarray(np.kron(np.eye(len(self.components)), self.stiffness), float)
         if self._mean is not None:
             matrix[self._mean, self._mean] = self.stiffness_of_mean
         constant = self.damping_matrix.constant

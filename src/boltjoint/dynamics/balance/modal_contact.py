@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import block_diag
 
 from boltjoint.harmonics import Components
 from boltjoint.joint.parts import Contact
@@ -57,7 +56,7 @@ class ModalContact:
         """Modal stiffness while nothing slips [s^-2], shape (components * modes,) * 2."""
         stuck = self.contact.stuck_stiffness()
         stuck = stuck if self.basis is None else self.basis.T @ stuck @ self.basis
-        return np.asarray(block_diag(*[stuck] * len(self.components)), float)
+        return np.asarray(np.kron(np.eye(len(self.components)), stuck), float)
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
