@@ -216,7 +216,7 @@ def _write_uff(stem: Path, path: Path) -> list[Path]:
         raise ValueError("uff needs pyuff: pip install boltjoint[uff]") from None
     file = stem.with_name(f"{stem.name}.uff")
     file.unlink(missing_ok=True)
-    solutions = _tables(path)["response"]
+    solutions = _solutions(*_response_and_joint(path))
     excitation, universal = solutions.columns[0], pyuff.UFF(str(file))
     for force, branch in solutions.groupby(excitation):
         # excitation goes with the sine: as multiples of e^(i w t) both are sine + i cosine
