@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from random_joints import random_joint
 from unseen_assemblies import ALUMINIUM, BOLTS, STEEL, Unseen, onset_of_full_slip
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes

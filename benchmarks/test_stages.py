@@ -9,7 +9,7 @@ from study_joints import RESULTS, joint_of
 
 from boltjoint import dataset
 from boltjoint.config.lap_joint import LapJoint
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from boltjoint.config.lap_joint import LapJoint
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import trace_for_forces

@@ -29,7 +29,7 @@ from boltjoint.measurement.window_choice import RegressionOptions
 from boltjoint.solvers.equations import LaggedControl
 from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
-from boltjoint.structure.segments.weighted_points import weighted_points
+from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
 from boltjoint.study import convergence
 from boltjoint.verification.multi_harmonic import solve_periodic
 

@@ -33,7 +33,7 @@ ROOMS = (
         "names",
         "dataset",
         "csv_files",
-        "printed",
+        "number_format",
         "options",
         "other_packages",
     ),

@@ -13,7 +13,7 @@ import numpy as np
 from boltjoint.structure.elements.assembly import ElementBlock
 from boltjoint.structure.elements.kinds import KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
-from boltjoint.structure.segments.weighted_points import weighted_points
+from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
 
 
 def block(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from boltjoint import Structure, apply_preload, connect_nodes, find_modes, solve
 from boltjoint.structure.elements.assembly import ElementBlock, assemble
 from boltjoint.structure.elements.kinds import KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
-from boltjoint.structure.segments.weighted_points import weighted_points
+from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
 
 BOLTS, SECTORS = 8, 32
 radius = np.array([0.04, 0.05, 0.06, 0.07])  # m

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from boltjoint.config.settings import Settings
+from boltjoint.config.numerical_options import Settings
 from boltjoint.config.strict_yaml import parse_mapping
 
 ROOT = Path(__file__).parents[2]

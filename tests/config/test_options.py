@@ -5,7 +5,7 @@ import inspect
 import pytest
 from pydantic import ValidationError
 
-from boltjoint.config.settings import Fitting, Solver
+from boltjoint.config.numerical_options import Fitting, Solver
 from boltjoint.config.sweep import Sweep
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from boltjoint.config.case import Case
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.config.study import load_study
 from boltjoint.names import REFERENCE, Basis
 from boltjoint.report.pages.accuracy import accuracy_page

@@ -3,7 +3,7 @@ import re
 import numpy as np
 from page_examples import edit, figure, plain, write
 
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.report.pages.document import compressed_page
 
 

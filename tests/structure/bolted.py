@@ -7,7 +7,7 @@ import pytest
 from small_study import CASE, SETTINGS, write
 
 from boltjoint.config.makers import description_of
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes

@@ -11,14 +11,14 @@ from examples import assemble_assembly, relative_displacements, symmetric_part
 
 from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.dynamics.reduction.adaptive_basis import _trace, find_pod_modes
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
-from boltjoint.structure.basis.candidates import find_candidates
-from boltjoint.structure.basis.pod import EnergyCoordinates, estimated_errors
-from boltjoint.structure.basis.snapshots import uniform_modes
+from boltjoint.structure.adapted_basis.candidates import find_candidates
+from boltjoint.structure.adapted_basis.pod import EnergyCoordinates, estimated_errors
+from boltjoint.structure.adapted_basis.snapshots import uniform_modes
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload

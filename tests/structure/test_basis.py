@@ -9,15 +9,15 @@ from examples import assemble_assembly, freed, relative_displacements, symmetric
 from scipy.linalg import eigh
 from scipy.sparse import diags_array
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
-from boltjoint.structure.basis.candidates import SpringContact, find_candidates
-from boltjoint.structure.basis.pod import EnergyCoordinates, balanced_pod_modes
-from boltjoint.structure.basis.snapshots import PODOptions, Snapshot, pattern_snapshots
+from boltjoint.structure.adapted_basis.candidates import SpringContact, find_candidates
+from boltjoint.structure.adapted_basis.pod import EnergyCoordinates, balanced_pod_modes
+from boltjoint.structure.adapted_basis.snapshots import PODOptions, Snapshot, pattern_snapshots
 from boltjoint.structure.factors import factorise
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
@@ -119,7 +119,7 @@ def test_vectors_that_are_not_kept_are_solved_for(assembly, is_held, monkeypatch
     structure = structure_of(assembly if is_held else freed(assembly))
     preload = apply_preload(structure, 8e3)
     kept = find_candidates(structure, preload, SMALL.free_modes)
-    monkeypatch.setattr("boltjoint.structure.basis.attachment_modes._KEPT", 0)
+    monkeypatch.setattr("boltjoint.structure.adapted_basis.attachment_modes._KEPT", 0)
     solved = find_candidates(structure, preload, SMALL.free_modes)
     assert not isinstance(solved.vector, np.ndarray)
     some = np.random.default_rng(0).standard_normal((len(solved.coordinate), 70))

@@ -9,7 +9,7 @@ from examples import COARSE, FEWEST, craig_bampton
 from small_study import mesh_of
 from test_structure_model import as_matrices
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.converged_peaks import converge_peaks

@@ -19,7 +19,7 @@ from bolted import (
 )
 from scipy.linalg import eigh
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.types import ConfigError
 from boltjoint.structure.elements.matrices import smallest_jacobian
 from boltjoint.structure.extrusion.bodies import KIND

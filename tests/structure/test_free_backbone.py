@@ -6,7 +6,7 @@ from examples import freed
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh, splu
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition

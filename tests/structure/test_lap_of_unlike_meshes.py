@@ -13,8 +13,8 @@ from boltjoint.structure.elements.kinds import KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
 from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
+from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.segments.weighted_points import weighted_points
 
 STEEL = IsotropicMaterial(200e9, 0.3, 7800.0)
 #: of the lap [m], where bolts are, and a radius between those of their heads and the next nodes

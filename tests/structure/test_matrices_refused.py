@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from scipy import sparse
 from scipy.io import mmwrite, savemat
 
-from boltjoint.config.entries import explain
+from boltjoint.config.error_messages import explain
 from boltjoint.config.matrices import Matrices
 from boltjoint.structure.makers.matrices import reader
 from boltjoint.structure.makers.matrices.structure import structure_of_matrices

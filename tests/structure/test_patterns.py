@@ -6,7 +6,7 @@ from examples import assemble_assembly, free_displacements, freed, relative_disp
 from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dataset import save
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition

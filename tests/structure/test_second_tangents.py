@@ -10,13 +10,13 @@ from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh, spsolve
 
 from boltjoint import solve_branch
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
-from boltjoint.structure.basis.candidates import SpringContact, find_candidates
+from boltjoint.structure.adapted_basis.candidates import SpringContact, find_candidates
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.modes import find_modes

@@ -21,9 +21,9 @@ from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.reader import read_deck
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
+from boltjoint.structure.nonmatching_faces.overlap import clip_polygons, polygon_areas
+from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.segments.overlap import clip_polygons, polygon_areas
-from boltjoint.structure.segments.weighted_points import weighted_points
 
 LINEAR = ("C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R")
 SOFT = IsotropicMaterial(1.0, 0.0, 1.0)

@@ -12,7 +12,7 @@ from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.joint.partition import partition_regions
-from boltjoint.structure.basis.candidates import find_candidates
+from boltjoint.structure.adapted_basis.candidates import find_candidates
 from boltjoint.structure.geometry import Geometry
 from boltjoint.structure.model import Row
 from boltjoint.structure.modes import find_modes

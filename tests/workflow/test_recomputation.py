@@ -235,7 +235,7 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_by_differences", "find_peaks"}
     [
         ("joint/fitting", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
         ("structure/preload", {"apply_preload"}, {"build_assembly"}),
-        ("structure/basis/pod", {"find_pod_modes"}, {"apply_preload"}),
+        ("structure/adapted_basis/pod", {"find_pod_modes"}, {"apply_preload"}),
         (
             "solvers/arc_length",
             # contact-adapted bases are made from backbones

@@ -14,7 +14,7 @@ from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config import makers
 from boltjoint.config.conflicts_of_measured import calibrated_content
-from boltjoint.config.settings import COMPARED_RESONANCES
+from boltjoint.config.numerical_options import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
 from boltjoint.names import REFERENCE, Basis, JointName, Preload
@@ -38,7 +38,7 @@ RULES = workflow.current_basedir
 
 def answer():
     """The answer of the study, and the page to open."""
-    from boltjoint.report.pages.answer import answers
+    from boltjoint.report.answer import answers
 
     return answers(study)
 

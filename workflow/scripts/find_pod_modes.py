@@ -1,7 +1,7 @@
 """Find the POD modes of an assembly for the contact and damping of its cases."""
 
 from boltjoint import dataset
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.provenance import logs

@@ -1,7 +1,7 @@
 """Write the page of a case."""
 
 from boltjoint.config.case import Case
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.provenance import logs
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.document import save_page

@@ -12,7 +12,7 @@ from boltjoint.config.damping import StructuralDamping
 from boltjoint.config.entries import Entry, EntryWithLaterKeys
 from boltjoint.config.excitation import Excitation, Point, Sensor
 from boltjoint.config.measured import Measured
-from boltjoint.config.settings import Regions
+from boltjoint.config.numerical_options import Regions
 from boltjoint.config.sweep import MOST_JOBS
 from boltjoint.config.types import (
     Description,

@@ -5,8 +5,8 @@ from typing import Any
 
 from boltjoint.config.case import Case
 from boltjoint.config.described import Described
-from boltjoint.config.entries import choice
-from boltjoint.config.settings import ContactAdaptedBasis, Settings
+from boltjoint.config.error_messages import choice
+from boltjoint.config.numerical_options import ContactAdaptedBasis, Settings
 from boltjoint.config.types import CONFIG_FILE, KeyPath, Problems
 from boltjoint.config.varied_case import SolvedCase
 from boltjoint.names import Basis, Preload

@@ -6,10 +6,10 @@ from typing import Any
 from boltjoint.config.case import Case
 from boltjoint.config.csv_table import TableError
 from boltjoint.config.described import Described
-from boltjoint.config.entries import choice
+from boltjoint.config.error_messages import choice
 from boltjoint.config.files import StudyFiles
 from boltjoint.config.measured import AMPLITUDE_SCALE, Measured, MeasuredCurve, read_backbone_table
-from boltjoint.config.settings import Settings
+from boltjoint.config.numerical_options import Settings
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import CONFIG_FILE, Problems
 from boltjoint.config.varied_case import refused, with_values

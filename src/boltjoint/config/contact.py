@@ -16,7 +16,8 @@ from pydantic import (
     model_serializer,
 )
 
-from boltjoint.config.entries import Entry, choice
+from boltjoint.config.entries import Entry
+from boltjoint.config.error_messages import choice
 from boltjoint.config.types import Name, Number, Problems
 from boltjoint.friction.declarations import (
     DECLARATIONS,

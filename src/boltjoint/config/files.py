@@ -10,7 +10,8 @@ from typing import Any, TypeVar
 from pydantic import ValidationError
 
 from boltjoint.config.csv_table import read_file
-from boltjoint.config.entries import MOST_EXPLAINED, Entry, choice, explain
+from boltjoint.config.entries import Entry
+from boltjoint.config.error_messages import MOST_EXPLAINED, choice, explain
 from boltjoint.config.strict_yaml import (
     TextError,
     as_keys,

@@ -12,8 +12,8 @@ from boltjoint.config.entries import Entry
 from boltjoint.config.flange import Flange
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.matrices import Matrices
+from boltjoint.config.numerical_options import Settings
 from boltjoint.config.plates import Plates
-from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.types import CONFIG_FILE, PATTERNS, SCHEMA_FOLDER
 from boltjoint.config.units import unit_of

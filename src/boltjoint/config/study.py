@@ -11,10 +11,10 @@ from pydantic import BeforeValidator, Field, InstanceOf, SerializeAsAny
 from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.described import Described
-from boltjoint.config.entries import choice
+from boltjoint.config.error_messages import choice
 from boltjoint.config.files import FileHashes, StudyFiles
 from boltjoint.config.makers import description_of
-from boltjoint.config.settings import NumericalOptions
+from boltjoint.config.numerical_options import NumericalOptions
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.study_content import StudyContent
 from boltjoint.config.sweep import Sweep

@@ -22,12 +22,12 @@ from boltjoint.config.conflicts_of_measured import conflicts_of_measured, count_
 from boltjoint.config.csv_table import TableError
 from boltjoint.config.damping import modal_damping
 from boltjoint.config.described import Described
-from boltjoint.config.entries import with_value
+from boltjoint.config.error_messages import with_value
 from boltjoint.config.files import Layers, StudyFiles
 from boltjoint.config.gap_map import GapMap, read_gap_map
 from boltjoint.config.makers import is_maker, maker, maker_names, type_of
+from boltjoint.config.numerical_options import Settings
 from boltjoint.config.sampling import Table
-from boltjoint.config.settings import Settings
 from boltjoint.config.strict_yaml import as_text, as_word
 from boltjoint.config.sweep import Sweep
 from boltjoint.config.swept_designs import (

@@ -14,8 +14,8 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts import conflicts_when_solved
 from boltjoint.config.csv_table import CsvTable
 from boltjoint.config.described import Described
+from boltjoint.config.numerical_options import Settings
 from boltjoint.config.sampling import Table
-from boltjoint.config.settings import Settings
 from boltjoint.config.sweep import MOST_JOBS, Sweep
 from boltjoint.config.types import Problems
 from boltjoint.config.varied_case import (

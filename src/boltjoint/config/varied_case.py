@@ -14,7 +14,8 @@ from pydantic import ValidationError
 from boltjoint.config.case import Case
 from boltjoint.config.csv_table import CsvTable, TableError
 from boltjoint.config.described import Described
-from boltjoint.config.entries import Entry, explain
+from boltjoint.config.entries import Entry
+from boltjoint.config.error_messages import explain
 from boltjoint.config.sampling import Grid, design_columns, grid_values
 from boltjoint.config.strict_yaml import as_text
 from boltjoint.config.sweep import LEVEL_KEYS, MOST_JOBS, Sweep

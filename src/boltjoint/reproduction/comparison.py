@@ -9,7 +9,7 @@ from markupsafe import Markup
 
 from boltjoint.config.bolts import MATERIAL_WORDS
 from boltjoint.friction.declarations import DECLARATIONS
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.comparison import Beside, BesideElements, Comparison
 from boltjoint.reproduction.published import BASIS, Published
 from boltjoint.study.artefact_list import Artefact

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.config.entries import choice
+from boltjoint.config.error_messages import choice
 from boltjoint.dataset import quantity
 from boltjoint.structure.makers import registry
 

@@ -2,7 +2,7 @@
 
 The contact between the bars is removed; the bolts, their pretension sections closed, hold the bars
 together. Families of modes are distinguished by kinetic energy. A contact-adapted basis
-(``structure.basis``) also holds what modes without contact cannot, and is used like modes.
+(``structure.adapted_basis``) also holds what modes without contact cannot, and is used like modes.
 """
 
 import logging
@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.io import free_mode_quantities
-from boltjoint.structure.basis.pod import Basis, basis_of_pod_modes, estimated_errors
+from boltjoint.structure.adapted_basis.pod import Basis, basis_of_pod_modes, estimated_errors
 from boltjoint.structure.makers.registry import Families, families_of, structure_of, that_respond
 from boltjoint.structure.model import Row, Structure
 from boltjoint.structure.modes_at_limits import modes_at_limits

@@ -16,7 +16,7 @@ from boltjoint.config.measured import Measured
 from boltjoint.config.units import unit_of
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,

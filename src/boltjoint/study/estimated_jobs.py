@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from boltjoint.config.conflicts_of_measured import measurement_of
 from boltjoint.config.described import COUNTLESS
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.config.study import Study
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import (

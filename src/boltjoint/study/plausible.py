@@ -7,7 +7,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.described import Described
 from boltjoint.config.study import Study
 from boltjoint.config.types import ASSEMBLY_FOLDER, CASE_FOLDER
-from boltjoint.printed import number
+from boltjoint.number_format import number
 
 
 class Plausible(NamedTuple):

@@ -14,7 +14,7 @@ from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.config.measured import Measured
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,

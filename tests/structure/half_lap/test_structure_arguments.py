@@ -12,7 +12,7 @@ from scipy import sparse
 
 from boltjoint.structure import contact_equilibrium, elasticity, patterns
 from boltjoint.structure import preload as bolt_preload
-from boltjoint.structure.basis.pod import basis_of_pod_modes
+from boltjoint.structure.adapted_basis.pod import basis_of_pod_modes
 from boltjoint.structure.extrusion.blocks import extrude
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
 from boltjoint.structure.extrusion.cell import BoltRadii, CellDivisions

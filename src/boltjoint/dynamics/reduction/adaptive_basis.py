@@ -25,7 +25,7 @@ from scipy.sparse.linalg import ArpackError
 from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
-from boltjoint.config.settings import ContactAdaptedBasis
+from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.epmc import ModalState
@@ -35,9 +35,9 @@ from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.joint.io import free_mode_quantities
 from boltjoint.joint.model import Joint
 from boltjoint.names import FEWEST_AUTOMATIC
-from boltjoint.structure.basis.candidates import Candidates, find_candidates
-from boltjoint.structure.basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
-from boltjoint.structure.basis.snapshots import (
+from boltjoint.structure.adapted_basis.candidates import Candidates, find_candidates
+from boltjoint.structure.adapted_basis.pod import EnergyCoordinates, PODModes, balanced_pod_modes
+from boltjoint.structure.adapted_basis.snapshots import (
     PODOptions,
     Snapshot,
     pattern_snapshots,

@@ -32,7 +32,7 @@ from boltjoint.joint.derived import merge_points
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
-from boltjoint.structure.basis.candidates import Candidates, SpringContact
+from boltjoint.structure.adapted_basis.candidates import Candidates, SpringContact
 
 Array = NDArray[np.float64]
 

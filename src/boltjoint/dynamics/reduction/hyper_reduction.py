@@ -31,7 +31,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.config.settings import HyperReduction
+from boltjoint.config.numerical_options import HyperReduction
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces

@@ -31,6 +31,8 @@ logger = logging.getLogger(__name__)
 class HarmonicConvergence(Options):
     """Numbers of harmonics that are tried for a peak, and when they are enough.
 
+    A study gives the tolerances and the samples (``config.numerical_options.Solver``).
+
     Parameters
     ----------
     harmonics

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.figures.style import (
     MM,
     REGION_COLOURS,

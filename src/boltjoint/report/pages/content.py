@@ -11,7 +11,7 @@ from markupsafe import Markup
 
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.document import (

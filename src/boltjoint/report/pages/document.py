@@ -18,7 +18,7 @@ from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
 from boltjoint import checksums
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.study.tables.html import html_table, template_environment
 
 #: a drawing is at most this many pixels wide for each of its points: 9 pt become 13 px

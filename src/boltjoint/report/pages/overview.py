@@ -9,9 +9,9 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
+from boltjoint.report.answer import answer_in_columns, calibration_answer, summary
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
-from boltjoint.report.pages.answer import answer_in_columns, calibration_answer, summary
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
 from boltjoint.report.pages.document import (
     Section,

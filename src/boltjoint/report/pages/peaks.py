@@ -7,7 +7,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.pages.content import PageContent, select
 from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.structure.model_limits import LIMITS, STRESS, Limit

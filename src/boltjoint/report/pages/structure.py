@@ -7,7 +7,7 @@ from markupsafe import Markup
 
 from boltjoint.config.described import Described
 from boltjoint.config.makers import page_of
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, prose, render_page, table_with_caption

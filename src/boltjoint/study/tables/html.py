@@ -10,7 +10,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from boltjoint import checks, csv_files
-from boltjoint.printed import number
+from boltjoint.number_format import number
 
 #: numbers of a column that differ by more than this ratio get decimals each by itself
 _WIDE_RATIO = 300

@@ -9,7 +9,7 @@ from markupsafe import Markup
 from boltjoint.config.case import Case
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, Coordinates, JointName
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.pages.content import PageContent, StudyTable, capitalize, select
 from boltjoint.report.pages.document import prose, table_with_caption
 from boltjoint.report.pages.peaks import ALL, SOLVED, peaks_of_coordinates, statement_of

@@ -9,11 +9,11 @@ from markupsafe import Markup
 
 from boltjoint.config.case import Case
 from boltjoint.config.contact import ContactEntry, SurfaceEntry
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.declarations import DECLARATIONS
 from boltjoint.names import JointName, Preload
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import table_with_caption
 from boltjoint.study.results import Results

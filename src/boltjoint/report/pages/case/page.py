@@ -11,11 +11,11 @@ import pandas as pd
 from markupsafe import Markup
 
 from boltjoint.config.case import Case
-from boltjoint.config.settings import Solver
+from boltjoint.config.numerical_options import Solver
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
+from boltjoint.report.answer import calibration_answer, calibration_section, summary
 from boltjoint.report.comparison import Comparison
-from boltjoint.report.pages.answer import calibration_answer, calibration_section, summary
 from boltjoint.report.pages.case.basis import (
     CaseBasis,
     joint_figures,

@@ -15,7 +15,7 @@ from boltjoint.harmonics import Components, harmonics_of_level, in_words
 from boltjoint.joint.io import joint_from_dataset
 from boltjoint.joint.model import Joint
 from boltjoint.names import REFERENCE
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.figures.outlines import ContactSurface, outer_faces, positions_of
 from boltjoint.report.pages.document import pack
 from boltjoint.study.response_list import headline_basis

@@ -20,7 +20,7 @@ from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
 from boltjoint.config.sweep import Sweep
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.structure.model_limits import LIMITS

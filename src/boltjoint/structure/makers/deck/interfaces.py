@@ -11,7 +11,7 @@ from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
 from boltjoint.structure.makers.deck.content import ContactPair, Deck, Reference
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
-from boltjoint.structure.segments.weighted_points import WeightedPoints, weighted_points
+from boltjoint.structure.nonmatching_faces.weighted_points import WeightedPoints, weighted_points
 
 if TYPE_CHECKING:
     from boltjoint.config.deck import DeckContact

@@ -26,8 +26,8 @@ from boltjoint.structure.makers.deck.interfaces import points_of_contact, tied_p
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 from boltjoint.structure.model import Bolt, Row, Structure, unit_row
+from boltjoint.structure.nonmatching_faces.weighted_points import WeightedPoints
 from boltjoint.structure.preload import apply_preload
-from boltjoint.structure.segments.weighted_points import WeightedPoints
 
 logger = logging.getLogger(__name__)
 

@@ -15,7 +15,7 @@ from scipy import sparse
 from scipy.io import mminfo, mmread
 
 from boltjoint import checks
-from boltjoint.config.entries import choice
+from boltjoint.config.error_messages import choice
 from boltjoint.config.matrices import Matrices
 from boltjoint.config.matrix_modes import UNIVERSAL
 from boltjoint.provenance.environment import machine_memory

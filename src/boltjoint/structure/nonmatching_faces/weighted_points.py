@@ -28,8 +28,8 @@ from scipy import sparse
 
 from boltjoint import checks
 from boltjoint.structure.contact_points import DIRECTIONS, ContactPoints
-from boltjoint.structure.segments.faces import FaceGroup, face_groups, polygons_of
-from boltjoint.structure.segments.overlap import FacePairs, face_pairs
+from boltjoint.structure.nonmatching_faces.faces import FaceGroup, face_groups, polygons_of
+from boltjoint.structure.nonmatching_faces.overlap import FacePairs, face_pairs
 
 Array = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.options import Options
-from boltjoint.structure.basis.candidates import Candidates, SpringContact
+from boltjoint.structure.adapted_basis.candidates import Candidates, SpringContact
 
 
 @dataclass(frozen=True)

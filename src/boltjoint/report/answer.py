@@ -17,7 +17,7 @@ from boltjoint.config.conflicts_of_measured import calibrated_joint
 from boltjoint.config.study import Study
 from boltjoint.harmonics import highest_harmonic, in_words
 from boltjoint.names import REFERENCE
-from boltjoint.printed import number
+from boltjoint.number_format import number
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
 from boltjoint.report.pages.content import PageContent
@@ -38,7 +38,7 @@ from boltjoint.study import layout
 from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
 
-_TEXT, _TEXT_OF_CASE = prose("peaks"), prose("case")
+_TEXT, _TEXT_OF_CASE = prose("answer"), prose("case")
 
 #: share of the way from sticking to no contact by which slip shows in the natural frequency
 SHOWS = 0.01

@@ -25,12 +25,12 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from boltjoint import checks
-from boltjoint.structure.basis.candidates import (
+from boltjoint.structure.adapted_basis.candidates import (
     DEPENDENT_SHARE,
     Candidates,
     stuck_spring_stiffness,
 )
-from boltjoint.structure.basis.snapshots import PODOptions, Snapshot
+from boltjoint.structure.adapted_basis.snapshots import PODOptions, Snapshot
 from boltjoint.structure.factors import check_held
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import symmetric, whole

@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 
 from boltjoint.structure.elements import parent_elements
 from boltjoint.structure.elements.parent_elements import TRIANGLE_3, IntegrationRule
-from boltjoint.structure.segments.faces import FaceGroup, Polygons
+from boltjoint.structure.nonmatching_faces.faces import FaceGroup, Polygons
 
 Array = NDArray[np.float64]
 

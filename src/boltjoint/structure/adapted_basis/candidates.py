@@ -26,7 +26,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from boltjoint import checks
 from boltjoint.joint.surface_places import SurfacePlaces
-from boltjoint.structure.basis.attachment_modes import (
+from boltjoint.structure.adapted_basis.attachment_modes import (
     SolvedVectors,
     attachment_modes,
     symmetric_part,
