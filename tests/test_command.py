@@ -145,7 +145,7 @@ def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path):
     assert (tmp_path / "opened").read_text().strip() == page.as_uri()
     ran = done["run"]
     compare_answers(ran.stdout, re.search(r"```text\n(.*?)```", readme, re.DOTALL)[1])
-    assert ran.stdout.rstrip().splitlines()[-1] == "Open results/report/overview.html"
+    assert ran.stdout.rstrip().splitlines()[-1] == "Open mine/results/report/overview.html"
     said = (ran.stdout + ran.stderr).splitlines()
     assert len(said) < 40, "\n".join(said)
     again = call("run", "mine")

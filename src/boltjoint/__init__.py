@@ -1,4 +1,4 @@
-"""Nonlinear vibration of bolted lap joints, from dimensions to frequency responses."""
+"""Nonlinear vibration of bolted joints, from dimensions to frequency responses."""
 
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version

@@ -255,5 +255,5 @@ def test_the_overview_has_a_picture_and_a_response_of_each_case(finished):
         anchor = f"response_{name}_{basis}_node-to-node_linear_resonance=1"
         assert page.count(f'id="{anchor}"') == 1
     lead = " ".join(re.sub("<.*?>", " ", page.split("</header>")[0]).split())
-    assert "Damping is largest near" in lead
-    assert re.search(r"Slip shows from about [\d.]+ N on", lead)
+    assert "damping is largest near" in lead
+    assert re.search(r"Slip shows in the frequency from about [\d.]+ N on", lead)

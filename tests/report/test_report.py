@@ -51,7 +51,7 @@ def page_in_frame(browser):
 def test_report_opens_on_the_answer(browser, report):
     browser.get(report.as_uri())
     title, _, rows = page_in_frame(browser)
-    assert title == "Nonlinear vibration of bolted lap joints"
+    assert title == "Nonlinear vibration of bolted joints"
     assert rows > 0
     # and tells of its jobs when it is asked
     named(browser, "Workflow").click()
@@ -72,7 +72,7 @@ def test_front_page_opens_every_page(browser, report):
         named(browser, "Workflow").click()
         named(browser, name, ".prose a").click()
         opened.append(page_in_frame(browser)[0])
-    titles = ["Nonlinear vibration of bolted lap joints", "Accuracy", "Structure", *CASES]
+    titles = ["Nonlinear vibration of bolted joints", "Accuracy", "Structure", *CASES]
     assert opened == titles
     assert errors(browser) == []
 

@@ -30,6 +30,7 @@ def edited(content, path, value):
     [
         ("material.youngs_modulus_GPa", 210000, "is this in MPa?"),
         ("material.density_kg_per_m3", 7.85, "is this in g/cm³?"),
+        ("material.density_kg_per_m3", 7.85e-9, "is this in t/mm³?"),
         ("mesh.element_length_free_mm", 100, "is this coarse on purpose?"),
     ],
 )

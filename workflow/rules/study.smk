@@ -40,7 +40,7 @@ def answer():
     """The answer of the study, and the page to open."""
     from boltjoint.report.answer import answers
 
-    return answers(study)
+    return answers(study, os.environ.get(JOBS_IN_WORDS, ""))
 
 
 progress = Progress(

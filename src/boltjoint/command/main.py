@@ -186,7 +186,7 @@ def _run(options: argparse.Namespace) -> int:
         stderr=subprocess.PIPE,
         text=True,
         errors="replace",
-        env={**os.environ, JOBS_IN_WORDS: "1"},
+        env={**os.environ, JOBS_IN_WORDS: os.path.relpath(options.folder).removeprefix(".")},
     )
     try:
         for line in without_usage(running.stderr or ()):

@@ -4,6 +4,7 @@ The peaks it tells are those of ``peaks``, which has their table.
 """
 
 import posixpath
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,6 +40,9 @@ from boltjoint.study.response_list import headline_basis
 from boltjoint.study.results import Results
 
 _TEXT, _TEXT_OF_CASE = prose("answer"), prose("case")
+
+#: between two sentences
+SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z])")
 
 #: share of the way from sticking to no contact by which slip shows in the natural frequency
 SHOWS = 0.01
@@ -199,13 +203,15 @@ def answer_in_columns(
     return row
 
 
-def answers(study: Study) -> str:
-    """A line for each case whose peaks are known, and the page to open.
+def answers(study: Study, folder: str = "") -> str:
+    """Sentences on each case whose peaks are known, a line each, and the page to open.
 
     Parameters
     ----------
     study
         Whose files are sought in the working directory.
+    folder
+        The working directory, as a user who stands elsewhere names it.
     """
     lines = []
     for name, case in study.cases.items():
@@ -229,9 +235,10 @@ def answers(study: Study) -> str:
         if len(accuracy):
             content = PageContent([], results, Comparison())
             said = " ".join(summary(name, case, accuracy, content).striptags().split())
-            lines.append(f"{name} ({of_basis['basis']}): {said}")
+            sentences = "\n".join(SENTENCE_END.split(said))
+            lines.append(f"{name} ({of_basis['basis']}): {sentences}")
     if Path(layout.OVERVIEW).exists():
-        lines.append(f"Open {layout.OVERVIEW}")
+        lines.append(f"Open {posixpath.join(folder, layout.OVERVIEW)}")
     return "\n".join(lines)
 
 

@@ -80,6 +80,9 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
         except (_NotDrawnError, OSError) as problem:
             reason = f"{name}: {problem}"
             logger.warning("not written: %s", reason)
+    for missing in sorted(set().union(*named.values()).difference(cases.glob(_EVERY))):
+        name = "_".join(missing.relative_to(cases).parent.parts)
+        logger.warning("not written: %s has no results, as of before a run", name)
     if not written:
         raise ValueError(reason)
     return written

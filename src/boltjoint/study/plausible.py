@@ -11,12 +11,13 @@ from boltjoint.number_format import number
 
 
 class Plausible(NamedTuple):
-    """Range of a value, and what one below and one above may be."""
+    """Range of a value, and what one below and one above may be, or one a million times smaller."""
 
     lowest: float
     highest: float
     below: str = ""
     above: str = ""
+    far_below: str = ""
 
 
 _STIFFNESS = Plausible(1e4, 1e12, "is this in N/mm or kN/mm?", "is this per area?")
@@ -25,7 +26,7 @@ _PER_AREA = Plausible(1e9, 1e17, "is this in N/mm³?", "")
 #: by the name of a key, wherever it stands
 RANGES = {
     "youngs_modulus_GPa": Plausible(0.5, 1000, "is this in TPa?", "is this in MPa?"),
-    "density_kg_per_m3": Plausible(200, 25e3, "is this in g/cm³?", ""),
+    "density_kg_per_m3": Plausible(200, 25e3, "is this in g/cm³?", far_below="is this in t/mm³?"),
     "preload_N": Plausible(100, 1e7, "is this in kN?", ""),
     "friction_coefficient": Plausible(0.01, 1.5, "", "is this in percent?"),
     "tangential_stiffness_N_per_m": _STIFFNESS,
@@ -65,13 +66,19 @@ def _numbers(content: Any, path: str = "") -> Iterator[tuple[str, float]]:  # no
         yield path, float(content)
 
 
+#: of the lowest plausible value: what is below is in a unit of another kind
+_FAR_BELOW = 1e-6
+
+
 def _doubt(key: str, value: float) -> str:
     """What is said of a value; nothing where it is plausible."""
     if key not in RANGES:
         return ""
-    lowest, highest, below, above = RANGES[key]
+    lowest, highest, below, above, far_below = RANGES[key]
     if lowest <= value <= highest:
         return ""
     guess = below if value < lowest else above
+    if value < _FAR_BELOW * lowest:
+        guess = far_below or guess
     usual = f"{number(lowest)} to {number(highest)}"
     return f"{number(value)} is unusual for a bolted joint ({usual}){guess and ': ' + guess}"

@@ -61,7 +61,8 @@ _FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", l
 
 _UP_TO_DATE = "Nothing to be done"
 
-#: variable of the environment by which the command asks for ``has_words``
+#: variable of the environment by which the command asks for ``has_words``: the folder of the study
+#: as its user names it
 JOBS_IN_WORDS = "BOLTJOINT_JOBS_IN_WORDS"
 
 

@@ -72,7 +72,7 @@ def overview_page(
         Section("machine", "Computer and software", _machine(content)),
         *content.remainder(),
     ]
-    title = "Nonlinear vibration of bolted lap joints"
+    title = "Nonlinear vibration of bolted joints"
     return render_page(title, "Overview", lead, sections, list(study.cases), "overview.html")
 
 

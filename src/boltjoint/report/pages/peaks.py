@@ -1,5 +1,7 @@
 """Tables of peaks with error bars, and peaks in sentences: the first table of a case's page."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
@@ -184,13 +186,23 @@ def statement_of(rows: pd.DataFrame) -> str:
     return _TEXT.peaks(sentences, ALL in peaks, is_untested(peaks))
 
 
-def beyond_limits(peaks: pd.DataFrame) -> list[tuple[str, str]]:
-    """Forces whose peaks are beyond a limit of the model, and what that means."""
+class BeyondLimit(NamedTuple):
+    """The force whose peak is farthest beyond a limit, what that means, and other such forces."""
+
+    force: str
+    problem: str
+    others: str
+
+
+def beyond_limits(peaks: pd.DataFrame) -> list[BeyondLimit]:
+    """The limits of the model that peaks exceed."""
     beyond = []
     for limit, shares in _shares_of_limits(peaks).items():
         far = peaks["", "force_N"][shares > limit.tolerated]
         if problem := limit.told(shares.max()):
-            beyond.append((", ".join(f"{force:g}" for force in far), problem))
+            farthest = far[shares.idxmax()]
+            others = ", ".join(f"{force:g}" for force in far if force != farthest)
+            beyond.append(BeyondLimit(f"{farthest:g}", problem, others))
     return beyond
 
 

@@ -3,7 +3,6 @@
 The table of peaks is made by ``pages.peaks``, the sentences above it by ``pages.answer``.
 """
 
-import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -14,7 +13,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.numerical_options import Solver
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
-from boltjoint.report.answer import calibration_answer, calibration_section, summary
+from boltjoint.report.answer import SENTENCE_END, calibration_answer, calibration_section, summary
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.basis import (
     CaseBasis,
@@ -42,7 +41,6 @@ from boltjoint.study.response_list import by_trust
 from boltjoint.study.results import Results
 
 _TEXT = prose("case")
-_SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z])")
 _STAGES = {
     "nodes": "Node-to-node joint",
     "pairs": "Weighted pairs",
@@ -120,7 +118,7 @@ def case_page(
         *content.remainder(),
     ]
     shown += [replace(section, is_folded=bool(section.body)) for section in details]
-    fitted = _SENTENCE_END.split(calibration_answer(name, case, results), maxsplit=1)
+    fitted = SENTENCE_END.split(calibration_answer(name, case, results), maxsplit=1)
     lead = _TEXT.lead(
         fitted, said, comparison.words, case, case.contact.declaration.label, solver.harmonics
     )
