@@ -1,4 +1,4 @@
-"""Benchmarks run by hand or by ``make benchmark`` alone: here they are imported."""
+"""Benchmarks run by hand or by ``make benchmark`` alone: what they import is sought here."""
 
 import ast
 from importlib import import_module

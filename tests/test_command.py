@@ -93,7 +93,7 @@ __main__.py: error: unrecognized arguments: --fast"""
 
 
 @pytest.mark.workflow
-def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path):
+def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path, caplog):
     """In an environment of its own, with the dependencies of this one and no checkout."""
     source = tmp_path / "source"
     source.mkdir()
@@ -151,7 +151,10 @@ def test_a_wheel_runs_a_new_study_in_an_empty_folder(tmp_path):
     again = call("run", "mine")
     assert "Nothing to be done" in again.stderr
     assert again.stdout == ran.stdout
-    check_exports(folder / "mine")
+    # the page is told as seen from where the user stands
+    last = call("run", "../empty/mine").stdout.rstrip().splitlines()[-1]
+    assert last == "Open ../empty/mine/results/report/overview.html"
+    check_exports(folder / "mine", caplog)
     # what is exported of an edited study is told to be of before
     assert "edited since" not in call("export", "mine").stderr
     (folder / "mine/config/cases/mine.yaml").touch()
@@ -181,7 +184,7 @@ def copy_machine_code(package, environment):
         shutil.copystat(path, to)
 
 
-def check_exports(folder):
+def check_exports(folder, caplog):
     """Files for other programs hold what the results do."""
     of_response = "mine_enriched-40_node-to-node_linear_resonance=1"
     path = "results/cases/mine/enriched-40/node-to-node/linear/resonance=1/response.nc"
@@ -238,6 +241,11 @@ def check_exports(folder):
     assert all("_backbone_" in file.name for file in export_responses(folder, to))
     case.write_text(text)
     os.utime(case, ns=(dates.st_atime_ns, dates.st_mtime_ns))
+    # what is not there is told
+    aside = (folder / path).rename(folder / "response.nc")
+    assert all("_backbone_" in file.name for file in export_responses(folder, to))
+    assert f"{of_response} has no results yet: run the study" in caplog.text
+    aside.rename(folder / path)
     # a case that is configured no more is not drawn, and says so
     case.rename(case.with_name("other.yaml"))
     with pytest.raises(ValueError, match="its configuration cannot be read"):

@@ -13,9 +13,9 @@ from boltjoint.friction.combined import CombinedLaw, elements_of_pairs
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.element_law import ContactPairs
 from boltjoint.friction.registry import LAWS
-from boltjoint.joint.derived import merge_points
+from boltjoint.joint.derived import merge_points, rescale_contact
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset
-from boltjoint.joint.model import keep_elements, rescale_contact
+from boltjoint.joint.model import keep_elements
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.time_integration import steady_state

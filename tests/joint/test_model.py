@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from small_joint import make_joint
@@ -106,6 +107,7 @@ def test_a_joint_is_told_in_a_line(either):
 
 def test_a_joint_draws_its_elements_where_they_are(joint):
     matplotlib.use("agg")
+    plt.figure()
     described = joint.to_dataset()
     assert described.sizes == {"element": joint.law.point_of_element.size}
     np.testing.assert_array_equal(described["slip_force"], joint.law.slip_force)
@@ -115,3 +117,4 @@ def test_a_joint_draws_its_elements_where_they_are(joint):
     np.testing.assert_array_equal(drawn.get_array(), joint.law.tangential_stiffness)
     with pytest.raises(ValueError, match="name 'colour' is not known; allowed: slip_force"):
         joint.plot("colour")
+    plt.close()

@@ -42,8 +42,8 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     edit("accuracy", with_all_harmonics)
     page = plain(write(artefacts))
     lead = plain(re.search("<h1>.*?<section", page, re.DOTALL)[0])
-    assert "With this mesh, whose error is not tested, resonance 1 lies at 102 Hz while" in lead
-    assert "the contact sticks and at 70.6 Hz without" in lead
+    assert "With the structure as modelled, whose error is not tested, resonance 1" in lead
+    assert "lies at 102 Hz while the contact sticks and at 70.6 Hz without" in lead
     assert "70.5 Hz (± 0.04 %) and 1.2 mm/N (± 2.9 %) at 0.001 N; 70.5 Hz (±" in lead
     # the first table has it too, and what one harmonic leaves out beside it
     first = plain(re.sub("<.*?>", " ", page.split("<table")[1]))
@@ -67,6 +67,11 @@ def test_the_first_number_is_the_converged_one_with_its_bar(artefacts):
     edit("accuracy", lambda frame: frame.assign(**shares))
     page = plain(write(artefacts))
     assert "the nominal stress reaches 131 % of the yield strength" in page and "355 MPa" in page
+    # of several forces the farthest is told, and then the others
+    edit("accuracy", lambda frame: frame.assign(displacement_over_length_percent=[30.0, 91.3] * 6))
+    page = plain(write(artefacts))
+    assert "At 50 N the structure moves by 91 % of its length" in page
+    assert "those of small displacements; the same holds at 0.001 N." in page
     assert "bodies slip at a bolt" not in page
     edit("accuracy", lambda frame: with_all_harmonics(frame, np.nan))
     page = plain(write(artefacts))

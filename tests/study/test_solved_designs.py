@@ -16,7 +16,7 @@ from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.limits_at_peaks import ModelLimits, add_limits
+from boltjoint.dynamics.response.limits_at_peaks import KnownLimits, add_limits
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.derived import rescale_contact
@@ -168,7 +168,7 @@ def test_limits_of_the_model_are_told_of_designs_as_of_responses():
             DISPLACEMENT.limit: 0.4,
         }
     )
-    swept = SweptJoint(content, [nodes], limits=ModelLimits.of(stored))
+    swept = SweptJoint(content, [nodes], limits=KnownLimits.of(stored))
     for converged in (False, True):
         solved = solve_designs([swept], designs, range(2), converged=converged)
         for row, loss_factor in enumerate((0.002, 0.01)):

@@ -30,7 +30,7 @@ from boltjoint.reproduction.case_studies import (
 from boltjoint.study import estimate, layout, plausible
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.estimated_jobs import MOST_CHOSEN
-from boltjoint.study.progress import JOBS_IN_WORDS, Progress
+from boltjoint.study.progress import STUDY_AS_NAMED, Progress
 from boltjoint.study.response_list import headline_basis
 
 RULES = workflow.current_basedir
@@ -40,14 +40,14 @@ def answer():
     """The answer of the study, and the page to open."""
     from boltjoint.report.answer import answers
 
-    return answers(study, os.environ.get(JOBS_IN_WORDS, ""))
+    return answers(study, os.environ.get(STUDY_AS_NAMED, ""))
 
 
 progress = Progress(
     answer,
     estimate.seconds_of_runtime,
     workflow.output_settings.dryrun,
-    has_words=JOBS_IN_WORDS in os.environ,
+    has_words=STUDY_AS_NAMED in os.environ,
 )
 # jobs on other machines, and a workflow with this one as its module, tell all themselves
 if workflow.is_main_process and workflow.modifier.base_snakefile is None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.limits_at_peaks import ModelLimits
+from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
 from boltjoint.joint.io import ImpossibleJoint, joint_from_dataset, model_errors
 from boltjoint.provenance import logs
 from boltjoint.solvers.equations import StepControl
@@ -26,7 +26,7 @@ def variant(values: Mapping[str, float], number: int) -> SweptJoint | Impossible
         return error
     case, control = with_values(params.case, values), StepControl(**params.steps)
     # of the node-to-node joint: all of them have its modes
-    limits, errors = ModelLimits.of(stored[0]), model_errors(stored[-1])
+    limits, errors = KnownLimits.of(stored[0]), model_errors(stored[-1])
     return SweptJoint(case, joints, params.sampling, control, harmonics, limits, errors)
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from boltjoint import __version__, checks
 from boltjoint.names import NAME
 from boltjoint.study.layout import OVERVIEW
-from boltjoint.study.progress import JOBS_IN_WORDS
+from boltjoint.study.progress import STUDY_AS_NAMED
 
 if TYPE_CHECKING:
     from boltjoint.config.study import Study
@@ -186,7 +186,7 @@ def _run(options: argparse.Namespace) -> int:
         stderr=subprocess.PIPE,
         text=True,
         errors="replace",
-        env={**os.environ, JOBS_IN_WORDS: os.path.relpath(options.folder).removeprefix(".")},
+        env={**os.environ, STUDY_AS_NAMED: str(options.folder)},
     )
     try:
         for line in without_usage(running.stderr or ()):

@@ -1,9 +1,14 @@
 """Joints made from others: with merged points, or with other contact and preload.
 
-Contact without initial gap is homogeneous: loads and gaps of the assembled state are those of
-another preload times the ratio of both. With coefficients that are the same on all pairs of a
-surface, or per area, every quantity of an element is then a constant times one of these, and of the
-preload.
+For the latter, contact without initial gap is homogeneous: loads and gaps of the assembled state
+are those of another preload times the ratio of both. With coefficients that are the same on all
+pairs of a surface, or per area, every quantity of an element is then a constant times one of these,
+and of the preload.
+
+References
+----------
+Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
+University: eq. 3.1 and 3.2.
 """
 
 from collections.abc import Mapping

@@ -2,11 +2,6 @@
 
 Node-to-node contact, regions and reduced joints are three ways to make the same data structure, so
 solvers need not distinguish them.
-
-References
-----------
-Nonlinear vibrations and reduced order modeling of bolted joints. Thesis, Middle East Technical
-University: eq. 3.1 and 3.2.
 """
 
 from collections.abc import Callable

@@ -156,7 +156,7 @@ class Contact:
     def to_dataset(self) -> xr.Dataset:
         """What describes the elements, by ``element``, and where each is: ``x``, ``y``, ``z`` [m].
 
-        The law is made of elements.
+        To look at: ``joint.io.joint_to_dataset`` has all that a joint is made of.
         """
         law = self.element_law
         described = {"slip_force": quantity("element", law.slip_force, "N", "slip force")}

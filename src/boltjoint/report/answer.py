@@ -1,6 +1,6 @@
 """The answer of a case in sentences, which its pages and the terminal give first.
 
-The peaks it tells are those of ``peaks``, which has their table.
+The peaks it tells are those of ``report.pages.peaks``, which has their table.
 """
 
 import posixpath
@@ -137,7 +137,7 @@ def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
 
 
 def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
-    """Sentence on a case: where it resonates, and its peaks at the ends of its forces.
+    """Sentences on a case: where it resonates, when it slips, its damping, and its peaks.
 
     Parameters
     ----------
@@ -176,17 +176,17 @@ def answer_in_columns(
     resonance = case.resonances(basis)[0]
     between = content.resonance_range(name, basis, resonance)
     mode = nonlinear_mode(content.results, name, basis, resonance, between)
-    unit = "" if not case.is_base_excited else " m/s²"
+    unit = "m/s²" if case.is_base_excited else "N"
 
-    def level(value: float | None) -> object:
-        return None if value is None else f"{number(value, 2)}{unit}"
+    def level(value: float | None, digits: int = 2) -> object:
+        return None if value is None else f"{number(value, digits)} {unit}"
 
     row: dict[tuple[str, str], object] = {
         ("resonance", "sticking_Hz"): between[1] if between else None,
         ("resonance", "no_contact_Hz"): between[0] if between else None,
-        ("friction", "slip_from_N"): level(mode.slip_level if mode else None),
+        ("friction", "slip_from"): level(mode.slip_level if mode else None, 1),
         ("friction", "largest_damping_percent"): 100 * mode.largest_damping if mode else None,
-        ("friction", "near_N"): level(mode.level if mode else None),
+        ("friction", "near"): level(mode.level if mode else None),
     }
     peaks = peaks_of_reference(accuracy, resonance)
     within = peaks[~is_beyond(peaks)]
@@ -194,17 +194,18 @@ def answer_in_columns(
     for span, place in (("lowest", 0), ("highest", -1)):
         if len(within) <= abs(place):
             break
-        heading, at = f"peak at the {span} force", within.iloc[place]
-        row[heading, "force_N"] = f"{at['', 'force_N']:g}{unit}"
+        heading, at = f"peak at the {span} force within the limits", within.iloc[place]
+        row[heading, "force"] = f"{at['', 'force_N']:g} {unit}"
         for what, of_what in (("frequency", "Hz"), ("response", "mm_per_N")):
             row[heading, f"{what}_{of_what}"] = at[under, f"{what}_{of_what}"]
             bar = f"{what}_±_percent"
-            row[heading, bar] = at[under, bar] if under == ALL else NOT_TESTED
+            unknown = None if pd.isna(at[under, f"{what}_{of_what}"]) else NOT_TESTED
+            row[heading, bar] = at[under, bar] if under == ALL else unknown
     return row
 
 
 def answers(study: Study, folder: str = "") -> str:
-    """Sentences on each case whose peaks are known, a line each, and the page to open.
+    """What is known of each case, a sentence a line, and the page to open.
 
     Parameters
     ----------
@@ -238,7 +239,7 @@ def answers(study: Study, folder: str = "") -> str:
             sentences = "\n".join(SENTENCE_END.split(said))
             lines.append(f"{name} ({of_basis['basis']}): {sentences}")
     if Path(layout.OVERVIEW).exists():
-        lines.append(f"Open {posixpath.join(folder, layout.OVERVIEW)}")
+        lines.append(f"Open {Path(folder, layout.OVERVIEW)}")
     return "\n".join(lines)
 
 

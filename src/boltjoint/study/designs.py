@@ -25,7 +25,7 @@ from boltjoint.dynamics.response.converged_peaks import find_converged_peak
 from boltjoint.dynamics.response.error_bars import ConvergedPeak
 from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.limits_at_peaks import ModelLimits
+from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
 from boltjoint.dynamics.response.methods import Problem
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -220,7 +220,7 @@ class SweptJoint:
     sampling: Mapping[str, int] | None = None
     control: StepControl | None = None
     harmonics: HarmonicConvergence = HarmonicConvergence()
-    limits: ModelLimits = ModelLimits()
+    limits: KnownLimits = KnownLimits()
     errors: xr.Dataset = field(default_factory=lambda: model_errors(xr.Dataset()))
 
     @cached_property

@@ -80,11 +80,13 @@ def export_responses(folder: str | Path, to: str | Path, form: str = "csv") -> l
         except (_NotDrawnError, OSError) as problem:
             reason = f"{name}: {problem}"
             logger.warning("not written: %s", reason)
-    for missing in sorted(set().union(*named.values()).difference(cases.glob(_EVERY))):
-        name = "_".join(missing.relative_to(cases).parent.parts)
-        logger.warning("not written: %s has no results, as of before a run", name)
     if not written:
         raise ValueError(reason)
+    for missing in sorted(set().union(*named.values())):
+        place = missing.relative_to(cases)
+        if place.match(places.removeprefix("**/")) and not missing.exists():
+            name = "_".join(place.parent.parts)
+            logger.warning("not written: %s has no results yet: run the study", name)
     return written
 
 

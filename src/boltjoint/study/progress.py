@@ -61,9 +61,9 @@ _FRAMES = re.compile(r'^WorkflowError in file ".*", line \d+:\n|\n *File ".*", l
 
 _UP_TO_DATE = "Nothing to be done"
 
-#: variable of the environment by which the command asks for ``has_words``: the folder of the study
-#: as its user names it
-JOBS_IN_WORDS = "BOLTJOINT_JOBS_IN_WORDS"
+#: variable of the environment by which the command asks for ``has_words``, and tells the folder of
+#: the study as its user names it
+STUDY_AS_NAMED = "BOLTJOINT_STUDY_AS_NAMED"
 
 
 class _Job(NamedTuple):

@@ -305,7 +305,8 @@ def check_designs(
     peaks = solve_designs(variants, drawn, range(rows.size), threads, converged=True)
     row = quantity("checked", rows, "1", "number of the design, from 0")
     of_model = xr.concat([joint.errors for joint in _possible_joints(variants)], "variant")
-    errors = of_model.max("variant", keep_attrs=True)
+    # not known of one, not known of all
+    errors = of_model.max("variant", skipna=False, keep_attrs=True)
     return peaks.rename(design="checked").assign(checked_design=row).merge(errors)
 
 

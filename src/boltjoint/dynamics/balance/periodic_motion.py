@@ -150,12 +150,6 @@ def energy_error(balance: HarmonicBalance, x: NDArray[np.float64], w: float) -> 
     return (supplied - structural - friction) / max(larger, np.finfo(float).tiny)
 
 
-#: relative distance from the frequency of a mode within which a harmonic is in resonance: fifth
-#: harmonics at 0.13 % of it, outside of the bandwidth by a loss factor of 0.001, raised a peak by a
-#: third
-_NEAR = 0.01
-
-
 class Superharmonic(NamedTuple):
     """A harmonic in resonance.
 
@@ -175,11 +169,12 @@ def find_superharmonic(
     motion: PeriodicMotion,
     frequency: float,
     smallest_share: float = 1e-3,
+    near: float = 0.01,
 ) -> Superharmonic | None:
     """The superharmonic resonance with the largest share in a motion; None without one.
 
     A harmonic is in resonance within the half-power bandwidth of a mode, or near its frequency:
-    beside a mode of little damping it moves a hundred times as much as without inertia.
+    beside a mode of little damping it moves fifty times as much as without inertia, or more.
 
     Parameters
     ----------
@@ -192,6 +187,10 @@ def find_superharmonic(
     smallest_share
         Smallest share of a resonance that counts: high harmonics pass many resonances with hardly
         any motion.
+    near
+        Relative distance from the frequency of a mode within which a harmonic is in resonance: a
+        fifth harmonic at 0.13 % of it, beyond the bandwidth by a loss factor of 0.001, raised a
+        peak by a third.
     """
     w = 2 * np.pi * frequency
     q = motion.in_components(balance.components)
@@ -205,8 +204,8 @@ def find_superharmonic(
         amplitude = q[s] + 1j * q[c]
         share = abs(np.linalg.solve(vectors, amplitude)) / first
         squared = distance.real + (h * w) ** 2
-        bandwidth = np.maximum(distance.imag, 2 * _NEAR * squared)
-        is_resonant = (abs(distance.real) <= bandwidth) & (2 * distance.imag < squared)
+        reach = np.maximum(distance.imag, 2 * near * squared)
+        is_resonant = (abs(distance.real) <= reach) & (2 * distance.imag < squared)
         for mode in np.flatnonzero(is_resonant & (share >= smallest_share)):
             own = np.sqrt(squared[mode]) / (2 * np.pi)
             resonances.append(Superharmonic(h, float(own), float(share[mode])))

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class ModelLimits:
+class KnownLimits:
     """The limits of a model that a joint knows.
 
     Parameters
@@ -74,7 +74,7 @@ def add_limits(response: xr.Dataset, joint: xr.Dataset) -> xr.Dataset:
         ``peak_stress_over_strength`` (force), not a number without a peak; without those whose
         limit the joint does not know.
     """
-    limits = ModelLimits.of(joint)
+    limits = KnownLimits.of(joint)
     if not limits.known:
         return response
     shares = np.full((response.sizes["force"], len(LIMITS)), np.nan)

@@ -123,7 +123,9 @@ def inline_svg(text: str, prefix: str, title: str) -> Markup:
 
 def _unbroken(text: str) -> Markup:
     """The text with spaces before units that do not break."""
-    return Markup(re.sub(r"(?<=\d) (?=(?:kN|N|Hz|mm)\b|%)", "\N{NO-BREAK SPACE}", escape(text)))
+    return Markup(
+        re.sub(r"(?<=\d) (?=(?:kN|N|Hz|mm|m/s²)(?!\w)|%)", "\N{NO-BREAK SPACE}", escape(text))
+    )
 
 
 TEMPLATES.filters |= {"unbroken": _unbroken, "number": number}

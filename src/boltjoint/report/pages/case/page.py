@@ -1,6 +1,6 @@
 """The page of a case: its answer, its peaks, its responses, then its joints and their tables.
 
-The table of peaks is made by ``pages.peaks``, the sentences above it by ``pages.answer``.
+The table of peaks is made by ``pages.peaks``, the sentences above it by ``report.answer``.
 """
 
 from collections.abc import Iterator, Sequence

@@ -74,7 +74,7 @@ def constrain(
     tolerance
         Of all ties [m]; by default that of each.
     adjust
-        Which tied nodes are moved onto the faces, as for ``constraints.tie``.
+        Which tied nodes are moved onto the faces, as for ``constraint_rows.tie``.
 
     Raises
     ------
