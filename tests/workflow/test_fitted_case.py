@@ -89,7 +89,7 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
         text = (copied / path).read_text(encoding="utf-8")
         lead = text[text.index("<h1") : text.index("<h2")]
         words = " ".join(re.sub("<[^>]+>", " ", lead).split())
-        unfitted = "All that follows has the values of the case, not the fitted ones. Resonance"
+        unfitted = "All that follows has the values of the case, not the fitted ones. With the"
         assert f"{answer} {unfitted}" in words
     text = (copied / page).read_text(encoding="utf-8")
     first, rest = re.findall("<p>(.*?)</p>", text[text.index("<h1") :], re.DOTALL)[:2]
