@@ -44,6 +44,9 @@ _TEXT, _TEXT_OF_CASE = prose("answer"), prose("case")
 #: between two sentences
 SENTENCE_END = re.compile(r"(?<=\.) (?=[A-Z])")
 
+#: column of the lowest force whose peak is beyond a limit of the model
+BEYOND_FROM = "limits", "beyond_from"
+
 #: share of the way from sticking to no contact by which slip shows in the natural frequency
 SHOWS = 0.01
 
@@ -189,7 +192,8 @@ def answer_in_columns(
         ("friction", "near"): level(mode.level if mode else None),
     }
     peaks = peaks_of_reference(accuracy, resonance)
-    within = peaks[~is_beyond(peaks)]
+    beyond = is_beyond(peaks)
+    within, forces = peaks[~beyond], peaks["", "force_N"][beyond]
     under = ALL if ALL in peaks else SOLVED
     for span, place in (("lowest", 0), ("highest", -1)):
         if len(within) <= abs(place):
@@ -201,6 +205,7 @@ def answer_in_columns(
             bar = f"{what}_±_percent"
             unknown = None if pd.isna(at[under, f"{what}_{of_what}"]) else NOT_TESTED
             row[heading, bar] = at[under, bar] if under == ALL else unknown
+    row[BEYOND_FROM] = f"{forces.min():g} {unit}" if len(forces) else None
     return row
 
 

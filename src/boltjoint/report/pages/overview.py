@@ -9,7 +9,13 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
-from boltjoint.report.answer import SHOWS, answer_in_columns, calibration_answer, summary
+from boltjoint.report.answer import (
+    BEYOND_FROM,
+    SHOWS,
+    answer_in_columns,
+    calibration_answer,
+    summary,
+)
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.accuracy import identity
 from boltjoint.report.pages.content import PageContent, StudyTable, format_residual_in_time
@@ -21,7 +27,7 @@ from boltjoint.report.pages.document import (
     render_page,
     table_with_caption,
 )
-from boltjoint.report.pages.peaks import ALL, NOT_TESTED, SOLVED, is_beyond, peaks_of_reference
+from boltjoint.report.pages.peaks import ALL, NOT_TESTED, SOLVED, peaks_of_reference
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust, headline_basis
 from boltjoint.study.results import Results
@@ -94,23 +100,28 @@ def _lead(study: Study, content: PageContent, accuracies: _Accuracies) -> Markup
         for name, case in study.cases.items()
         if (told := calibration_answer(name, case, content.results))
     ]
-    rows, marked = [], []
+    rows = []
     for name, case in study.cases.items():
         basis = headline_basis(case)
         accuracy = accuracies[name, basis]
         if accuracy is not None and len(accuracy.frame):
             row = {("", "case"): link(f"{name}.html", name), ("", "basis"): basis}
             rows.append(row | answer_in_columns(name, case, accuracy.frame, content))
-            peaks = peaks_of_reference(accuracy.frame, case.resonances(basis)[0])
-            marked.append(bool(is_beyond(peaks).any()))
     lead = _TEXT.answers(fits) if fits else Markup()
     if not rows:
         return lead
     frame = pd.DataFrame(rows).dropna(axis="columns", how="all")
     frame.columns = pd.MultiIndex.from_tuples(frame.columns)
-    words = ("friction", "near") in frame, 100 * SHOWS, any(marked), bool(fits)
-    notes = [_TEXT.behaviour(*words)]
-    return lead + table_with_caption(frame, "What each joint does", notes, marked=marked)
+    title, bases = "What each joint does", set(frame["", "basis"])
+    if len(bases) == 1:
+        frame = frame.drop(columns=[("", "basis")])
+        title += f", in {bases.pop()}"
+    notes = [
+        _TEXT.behaviour(
+            ("friction", "near") in frame, 100 * SHOWS, BEYOND_FROM in frame, bool(fits)
+        )
+    ]
+    return lead + table_with_caption(frame, title, notes)
 
 
 def _answers(
