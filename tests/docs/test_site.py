@@ -19,7 +19,15 @@ import boltjoint
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 #: what the pages of the site are made of
-SOURCES = ("docs", "config", "README.md", "CHANGELOG.md", "CONTRIBUTING.md", "CITATION.cff")
+SOURCES = (
+    "docs",
+    "config",
+    "README.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "CITATION.cff",
+    "tests/workflow/maker_of_cubes",
+)
 
 
 class Page(HTMLParser):
