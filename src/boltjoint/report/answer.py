@@ -7,6 +7,7 @@ import posixpath
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -139,6 +140,23 @@ def calibration_section(name: str, case: Case, content: PageContent) -> Markup:
     )
 
 
+class _Headline(NamedTuple):
+    """The first resonance of a case in ``headline_basis``, and the unit of its excitation."""
+
+    resonance: int
+    between: tuple[float, float] | None
+    mode: NonlinearMode | None
+    unit: str
+
+
+def _headline(name: str, case: Case, content: PageContent) -> _Headline:
+    basis = headline_basis(case)
+    resonance = case.resonances(basis)[0]
+    between = content.resonance_range(name, basis, resonance)
+    mode = nonlinear_mode(content.results, name, basis, resonance, between)
+    return _Headline(resonance, between, mode, "m/s²" if case.is_base_excited else "N")
+
+
 def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent) -> Markup:
     """Sentences on a case: where it resonates, when it slips, its damping, and its peaks.
 
@@ -152,14 +170,10 @@ def summary(name: str, case: Case, accuracy: pd.DataFrame, content: PageContent)
         Content of a page that has its node-to-node joint, and backbone and calibration where there
         are any.
     """
-    basis = headline_basis(case)
-    resonance = case.resonances(basis)[0]
+    resonance, between, mode, unit = _headline(name, case, content)
     peaks = peaks_of_reference(accuracy, resonance)
-    between = content.resonance_range(name, basis, resonance)
-    unit = "m/s²" if case.is_base_excited else "N"
     sentences = peaks_in_words(peaks, accuracy["complete"], unit)
     told = sentences, is_untested(peaks), ALL in peaks, beyond_limits(peaks)
-    mode = nonlinear_mode(content.results, name, basis, resonance, between)
     of_mode = in_words([mode.harmonics]) if mode else ""
     of_basis = basis_error(accuracy) > LARGE_BASIS_ERROR
     is_fitted = case.measured is not None and content.results.has(
@@ -175,11 +189,7 @@ def answer_in_columns(
 
     The forces are the lowest and the highest at which the peak is within the limits of the model.
     """
-    basis = headline_basis(case)
-    resonance = case.resonances(basis)[0]
-    between = content.resonance_range(name, basis, resonance)
-    mode = nonlinear_mode(content.results, name, basis, resonance, between)
-    unit = "m/s²" if case.is_base_excited else "N"
+    resonance, between, mode, unit = _headline(name, case, content)
 
     def level(value: float | None, digits: int = 2) -> object:
         return None if value is None else f"{number(value, digits)} {unit}"
