@@ -28,8 +28,8 @@ from boltjoint.friction.variable_kernels import _find_secants
 from boltjoint.joint.io import load_joint
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.compiled_linear import LARGEST_ELIMINATED
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
+from boltjoint.solvers.step_control import StepControl
 
 LOSS_FACTOR = 0.002
 

@@ -16,7 +16,7 @@ import pandas as pd
 from boltjoint import Joint, StepControl, load_joint, solve_branch
 from boltjoint.dynamics.response.frequency_response import method_of
 from boltjoint.dynamics.response.methods import Method
-from boltjoint.solvers.equations import LaggedControl
+from boltjoint.solvers.step_control import LaggedControl
 
 OUTPUT = Path(__file__).parents[1] / "docs/option_sensitivity.csv"
 LOSS_FACTOR = 0.002

@@ -16,10 +16,9 @@ from boltjoint.config.lap_joint import LapJoint
 from boltjoint.joint.surface_places import SAME_POINT
 from boltjoint.report.figures.outlines import counter_clockwise, faces_among_nodes
 from boltjoint.report.figures.style import MM
+from boltjoint.structure.extrusion.bolt_mesh import radii_of
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
-from boltjoint.structure.extrusion.bolts import radii_of
-from boltjoint.structure.makers.half_lap.bolts import divisions_of
-from boltjoint.structure.makers.half_lap.mesh import build_assembly
+from boltjoint.structure.makers.half_lap.mesh import build_assembly, divisions_of
 from boltjoint.structure.makers.half_lap.parts import part_kinds
 
 Place = tuple[float, float]

@@ -36,7 +36,7 @@ from boltjoint.joint.bands import (
 )
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.joint.derived import merge_points
-from boltjoint.joint.fitting import fit_elements
+from boltjoint.joint.fit_jenkins import fit_elements
 from boltjoint.joint.hysteresis import (
     amplitude_of_load,
     loading_curve,
@@ -49,7 +49,7 @@ from boltjoint.joint.node_to_node import connect_nodes
 from boltjoint.joint.partition import choose_count, partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
 from boltjoint.names import Coordinates
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.study import convergence
 from boltjoint.study.timing import Timed
 from boltjoint.verification import residual_in_time

@@ -20,13 +20,13 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response import branch, folds, response_file
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.joint import bands, clusters, derived, fitting, hysteresis, io, model, partition
+from boltjoint.joint import bands, clusters, derived, fit_jenkins, hysteresis, io, model, partition
 from boltjoint.joint.clusters import cluster_by_motion
 from boltjoint.measurement.identification import scatter_between
 from boltjoint.measurement.signals import Signals
 from boltjoint.measurement.stepped_sine import identify_constant_response
 from boltjoint.measurement.window_choice import RegressionOptions
-from boltjoint.solvers.equations import LaggedControl
+from boltjoint.solvers.step_control import LaggedControl
 from boltjoint.structure import contact_equilibrium, elasticity
 from boltjoint.structure.elements import assembly, kinds, matrices
 from boltjoint.structure.nonmatching_faces.weighted_points import weighted_points
@@ -230,7 +230,7 @@ CALLS = {
         bands.bands_of_equal_load,
         {"position": JOINT.position[:, :2], "load": np.ones(60), "count": 3},
     ),
-    "fit_elements": (fitting.fit_elements, {"stiffness": K, "slip_force": SLIP, "count": 1}),
+    "fit_elements": (fit_jenkins.fit_elements, {"stiffness": K, "slip_force": SLIP, "count": 1}),
     "loop_error": (
         hysteresis.loop_error,
         {"stiffness": K, "slip_force": SLIP, "fitted_stiffness": K, "fitted_slip_force": SLIP},

@@ -17,7 +17,7 @@ from boltjoint.joint.hysteresis import FitOptions
 from boltjoint.joint.partition import partition_regions, region_error
 from boltjoint.joint.reductions import reduce_joint
 from boltjoint.options import Options
-from boltjoint.solvers.equations import LaggedControl, StepControl
+from boltjoint.solvers.step_control import LaggedControl, StepControl
 
 DOCS = Path(__file__).parents[1] / "docs"
 

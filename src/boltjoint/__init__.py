@@ -24,7 +24,7 @@ _NAMES = {
     "Parameter": "calibration.parameters",
     "Resonance": "dynamics.response.windows",
     "ResponseDependentModes": "dynamics.response.methods",
-    "StepControl": "solvers.equations",
+    "StepControl": "solvers.step_control",
     "Structure": "structure.model",
     "VariableLoad": "friction.variable",
     "apply_preload": "structure.preload",

@@ -37,7 +37,7 @@ from boltjoint.joint.reduced import fit_reduced_joint as fit_reduced_joint
 from boltjoint.measurement.identification import identify_ring_down as identify_ring_down
 from boltjoint.measurement.signals import read_signals as read_signals
 from boltjoint.measurement.simulated_ring_down import simulate_ring_down as simulate_ring_down
-from boltjoint.solvers.equations import StepControl as StepControl
+from boltjoint.solvers.step_control import StepControl as StepControl
 from boltjoint.structure.contact_points import ContactPoints as ContactPoints
 from boltjoint.structure.model import Structure as Structure
 from boltjoint.structure.modes import find_modes as find_modes

@@ -22,7 +22,7 @@ from boltjoint.config.strict_yaml import LARGEST_FILE
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study import estimate, estimated_jobs
+from boltjoint.study import memory_and_time, memory_and_time_of_jobs
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.plausible import implausible
 
@@ -47,15 +47,15 @@ def problems_of(folder):
         warnings.simplefilter("error")
         try:
             found = load_study(folder, {}, ["three_bolt_constant"])
-            needed = estimate.estimate(found)
+            needed = memory_and_time.estimate(found)
         except ConfigError as error:
             return list(error.problems)
-        if shortage := estimate.shortage(needed, MEMORY):
+        if shortage := memory_and_time.shortage(needed, MEMORY):
             return [shortage]
-        assert estimate.summary(needed, MEMORY, 2).isprintable()
-        told = [*estimate.overstrained(found), *implausible(found)]
+        assert memory_and_time.summary(needed, MEMORY, 2).isprintable()
+        told = [*memory_and_time.overstrained(found), *implausible(found)]
         assert all(line.isprintable() for line in told)
-        estimate.Resources(found).of_any("designs")
+        memory_and_time.Resources(found).of_any("designs")
         assert Contents(found, DISPLAYS).files()
     return []
 
@@ -222,7 +222,7 @@ def test_an_exception_while_checking_is_a_line_with_its_file(study, monkeypatch,
     ],
 )
 def test_an_exception_while_estimating_is_a_line_with_its_file(study, monkeypatch, name, line):
-    module = estimate if name == "Contents" else estimated_jobs
+    module = memory_and_time if name == "Contents" else memory_and_time_of_jobs
     monkeypatch.setattr(module, name, failing)
     reason = "ends in ZeroDivisionError: float division by zero"
     assert problems_of(study) == [f"{line}: {reason}"]

@@ -12,8 +12,8 @@ from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.options import CONVERGING
-from boltjoint.solvers.equations import StepControl
-from boltjoint.study import estimated_jobs
+from boltjoint.solvers.step_control import StepControl
+from boltjoint.study import memory_and_time_of_jobs
 from boltjoint.verification.multi_harmonic import tabulate_steady_states
 
 
@@ -41,9 +41,9 @@ def test_defaults_are_those_of_the_library():
     assert f"up to {most}:" in told
     told = Sweep.model_fields["harmonics"].description
     assert f"of {', '.join(map(str, fewer))} and {most}." in told
-    assert LeftOutHarmonics().times == estimated_jobs.LEFT_OUT
+    assert LeftOutHarmonics().times == memory_and_time_of_jobs.LEFT_OUT
     harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
-    assert max(harmonics) == estimated_jobs.MANY_ENRICHED
+    assert max(harmonics) == memory_and_time_of_jobs.MANY_ENRICHED
 
 
 def test_friction_forces_by_aft_may_have_more_harmonics():

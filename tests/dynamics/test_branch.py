@@ -13,8 +13,8 @@ from boltjoint.dynamics.response.branch import estimate_branch_error, estimate_s
 from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
 from boltjoint.dynamics.response.response_file import relative_residual, to_dataset
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 LOSS = 0.01
 

@@ -17,7 +17,7 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.solvers import arc_length
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 DAMPING = {
     "loss_factor": {"loss_factor": 0.01},

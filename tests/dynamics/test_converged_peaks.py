@@ -26,8 +26,8 @@ from boltjoint.dynamics.response.stability import StabilityOptions
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import tabulate_joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import NewtonKrylov
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.time_integration import steady_state
 
 LOSS = 0.01

@@ -17,8 +17,8 @@ from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 LOSS = 0.01
 W = 600.0

@@ -32,7 +32,7 @@ from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.friction.tabulated import TabulatedLoad
 from boltjoint.joint.io import joint_to_dataset
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.multi_harmonic import solve_periodic
 from boltjoint.verification.residual_in_time import residuals_in_time
 from boltjoint.verification.time_integration import steady_state

@@ -23,8 +23,8 @@ from boltjoint.dynamics.response.synthesis import ModalSynthesis
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 LOSS = 0.01
 

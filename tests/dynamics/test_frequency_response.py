@@ -14,8 +14,8 @@ from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.bands import bands_of_equal_load
 from boltjoint.joint.derived import merge_points
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.study.timing import Timed
 
 LOSS = 0.01

@@ -15,8 +15,8 @@ from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.derived import merge_points
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 LOSS = 0.01
 

@@ -7,7 +7,7 @@ from random_joints import LAWS, random_joint, solve
 from boltjoint import frequency_window, solve_branch, solve_response
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
 from boltjoint.dynamics.backbone.modal_synthesis import synthesise_response
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 #: joints of each law; a complex mode costs more
 COUNT = {"linear": 25, "complex-rdnm-1": 5, "backbone": 25}

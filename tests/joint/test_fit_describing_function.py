@@ -4,7 +4,7 @@ import numpy as np
 from joint_examples import many_elements
 
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.joint.fitting import DescribingFunctionMisfit
+from boltjoint.joint.fit_jenkins import DescribingFunctionMisfit
 
 
 def test_jacobian_of_harmonics_equals_differences():

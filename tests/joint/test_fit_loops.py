@@ -3,7 +3,7 @@
 import numpy as np
 from joint_examples import many_elements
 
-from boltjoint.joint.fitting import LoopMisfit
+from boltjoint.joint.fit_jenkins import LoopMisfit
 
 
 def test_jacobian_equals_differences():

@@ -7,7 +7,7 @@ import pytest
 from small_joint import FRICTION, make_joint, make_preload
 
 from boltjoint.joint.derived import merge_points
-from boltjoint.joint.fitting import fit_elements
+from boltjoint.joint.fit_jenkins import fit_elements
 from boltjoint.joint.hysteresis import loop_error
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint

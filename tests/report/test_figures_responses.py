@@ -10,7 +10,7 @@ from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.report.figures.backbones import plot_backbones
 from boltjoint.report.figures.responses import plot_response
 from boltjoint.report.figures.style import save_figure
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 
 def test_a_response_is_drawn_over_its_reference(response, reference):

@@ -7,7 +7,7 @@ import pytest
 from curves import FOLDED, PARABOLA, Curve
 
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 
 def test_branch_passes_both_turning_points():

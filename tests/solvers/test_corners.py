@@ -5,7 +5,8 @@ import pytest
 from curves import First
 
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import Equations, StepControl
+from boltjoint.solvers.equations import Equations
+from boltjoint.solvers.step_control import StepControl
 
 
 class Wedge(Equations):

@@ -5,9 +5,9 @@ import pytest
 from curves import FOLDED, Curve, First
 
 from boltjoint.solvers import arc_length
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.lagged_basis import BasisPrediction, LaggedEquations
 from boltjoint.solvers.lagged_continuation import trace
+from boltjoint.solvers.step_control import StepControl
 
 
 class Lagged(LaggedEquations):

@@ -11,7 +11,7 @@ from small_joint import make_joint
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers import arc_length, linear_solvers
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 CONTROL = StepControl(tolerance=1e-8)
 #: the closed form ``u = 2 ln(cosh(t) / cosh(t (1 - 2 s)))``, ``p = 8 (t / cosh(t))^2`` of Bratu's

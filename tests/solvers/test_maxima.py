@@ -5,7 +5,7 @@ import pytest
 from curves import Curve, First
 
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 
 def graph(f, slope):

@@ -5,8 +5,8 @@ import pytest
 from curves import FOLDED, PARABOLA, Curve
 
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 
 class Counting(Curve):

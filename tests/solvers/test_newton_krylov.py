@@ -5,8 +5,9 @@ import pytest
 from curves import SIZE, Combustion
 from scipy.optimize import root
 
-from boltjoint.solvers.equations import Derivative, StepControl
+from boltjoint.solvers.equations import Derivative
 from boltjoint.solvers.newton import KeptFactors, NewtonKrylov
+from boltjoint.solvers.step_control import StepControl
 
 CONTROL = StepControl(tolerance=1e-8, maximum_iterations=30)
 

@@ -16,7 +16,7 @@ from boltjoint.dynamics.response.frequency_response import solve_branch, solve_r
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.contact_states import STICK_SLIP, STICK_SLIP_SEPARATION
 from boltjoint.joint.node_to_node import connect_pairs
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model import Structure
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload

@@ -23,7 +23,7 @@ from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.io import ImpossibleJoint, model_errors
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import DISPLACEMENT, LIMITS, STRESS
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.solved_designs import (

@@ -12,8 +12,8 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at
 from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.phase_resonance import find_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.multi_harmonic import ViscousBalance, solve_periodic
 
 LOSS = 0.01

@@ -14,8 +14,8 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
 from boltjoint.friction.variable import VariableLoad
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.multi_harmonic import (
     solve_periodic,
     tabulate_steady_states,

@@ -165,7 +165,7 @@ def test_code_of_another_date_or_without_a_use_and_a_description_run_nothing(cop
     write(folder / "config/cases/small.yaml", CASE | {"description": "Other words"})
     for path in (*folder.rglob("src/**/*.py"), *folder.rglob("workflow/**/*.py")):
         os.utime(path)
-    edit(folder / "src/boltjoint/study/estimate.py")
+    edit(folder / "src/boltjoint/study/memory_and_time.py")
     assert planned(folder) == []
 
 
@@ -247,7 +247,11 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_by_differences", "find_peaks"}
             {"draw_figures"},
             STRUCTURE_SCRIPTS | JOINT_SCRIPTS | SOLUTION_SCRIPTS | {"check_responses", "tabulate"},
         ),
-        ("study/estimate", set(), {path.stem for path in ROOT.glob("workflow/scripts/*.py")}),
+        (
+            "study/memory_and_time",
+            set(),
+            {path.stem for path in ROOT.glob("workflow/scripts/*.py")},
+        ),
     ],
 )
 def test_scripts_use_no_more_of_the_library_than_they_need(module, used_by, not_used_by):

@@ -3,7 +3,7 @@
 from boltjoint import csv_files
 from boltjoint.joint.io import load_joint
 from boltjoint.provenance import logs
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.study import convergence
 
 logs.write_to(snakemake.log[0])

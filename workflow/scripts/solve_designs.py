@@ -8,7 +8,7 @@ from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
 from boltjoint.joint.io import ImpossibleJoint, joint_from_dataset, model_errors
 from boltjoint.provenance import logs
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.study.designs import SweptJoint
 from boltjoint.study.solved_designs import check_designs, solve_designs
 

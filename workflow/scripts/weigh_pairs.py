@@ -6,7 +6,7 @@ from boltjoint import dataset
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
 from boltjoint.joint.io import joint_from_dataset, joint_to_dataset, save_joint
 from boltjoint.provenance import logs
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -21,7 +21,7 @@ from boltjoint.config.types import (
     Several,
 )
 from boltjoint.names import REDUCTIONS, REFERENCE, JointName
-from boltjoint.solvers.equations import (
+from boltjoint.solvers.step_control import (
     LEAST_STEP,
     LEAST_TOLERANCE,
     MOST_ITERATIONS,
@@ -107,7 +107,7 @@ class Solver(Entry):
 
     @property
     def steps(self) -> dict[str, float]:
-        """The options of ``solvers.equations.StepControl``."""
+        """The options of ``solvers.step_control.StepControl``."""
         return self.model_dump(include=set(StepControl.__dataclass_fields__))
 
     @property

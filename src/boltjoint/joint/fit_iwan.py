@@ -2,7 +2,7 @@
 
 Stiffness and slip force are those of the region; exponent and weight of the distribution are fitted
 to the describing function at all amplitudes, weighted as that of a single element
-(``joint.fitting``). An Iwan element slips at any amplitude, where the elements of a
+(``joint.fit_jenkins``). An Iwan element slips at any amplitude, where the elements of a
 region do not until the first of them slips.
 
 References
@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 
 from boltjoint import checks
 from boltjoint.friction.iwan import FourParameterIwan
-from boltjoint.joint.fitting import DescribingFunctionMisfit, rounded_shares
+from boltjoint.joint.fit_jenkins import DescribingFunctionMisfit, rounded_shares
 from boltjoint.joint.hysteresis import (
     FitOptions,
     LoopError,

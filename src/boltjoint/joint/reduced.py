@@ -11,7 +11,7 @@ from boltjoint import checks
 from boltjoint.dataset import quantities
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.friction.tabulated import TabulatedLoad
-from boltjoint.joint.fitting import Fit, Method, check_fit_options, fit_elements
+from boltjoint.joint.fit_jenkins import Fit, Method, check_fit_options, fit_elements
 from boltjoint.joint.hysteresis import FitOptions, LoopError, loop_error, unloading_branch
 from boltjoint.joint.model import Joint
 from boltjoint.names import CONSTANT_NORMAL_LOAD, COULOMB_ELEMENTS

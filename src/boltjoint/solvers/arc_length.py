@@ -23,16 +23,10 @@ from boltjoint.solvers.corners import (
     is_same_exit,
 )
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
-from boltjoint.solvers.equations import (
-    Equations,
-    Quantity,
-    Solution,
-    SolutionBranch,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Equations, Quantity, Solution, SolutionBranch, Vector
 from boltjoint.solvers.linear_solvers import linear_solver
 from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.solvers.tracer import Tracer
 
 Prediction = Callable[[Predictor, float], Vector | None]

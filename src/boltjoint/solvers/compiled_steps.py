@@ -22,8 +22,8 @@ from boltjoint.solvers.compiled_linear import (
     solve_in_place,
 )
 from boltjoint.solvers.corrector import SMALLEST_SHARE
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import ROUNDING
+from boltjoint.solvers.step_control import StepControl
 
 
 class Limits(NamedTuple):

@@ -22,7 +22,7 @@ import numpy as np
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, orientation_of
 from boltjoint.solvers.equations import Matrix, SolutionBranch, Vector
 
-# both limits are applied where branches are followed, in ``arc_length`` and ``compiled_path``, and
+# both limits are applied where branches are followed, in ``arc_length`` and its compiled form, and
 # ``tracer`` lets the step grow again. Peaks are the same with half or twice
 #: a step that turns the branch by more than a right angle is repeated at half the length, unless it
 #: is as short as this: then the branch has a corner there

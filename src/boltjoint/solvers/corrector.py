@@ -18,17 +18,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from boltjoint.solvers.equations import (
-    Equations,
-    Matrix,
-    Quantity,
-    Solution,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Equations, Matrix, Quantity, Solution, Vector
 from boltjoint.solvers.linear_solvers import DenseSolver, Linearised, LinearSolver
 from boltjoint.solvers.maxima import Arc, Observation
 from boltjoint.solvers.newton import smallest_residual, solve
+from boltjoint.solvers.step_control import StepControl
 
 #: distances from a solution below this share of the largest are relative to the latter: only where
 #: the response vanishes, so that peaks are the same with half or twice

@@ -19,15 +19,10 @@ from typing import NamedTuple
 import numpy as np
 
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, projection
-from boltjoint.solvers.equations import (
-    Equations,
-    Quantity,
-    Solution,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Equations, Quantity, Solution, Vector
 from boltjoint.solvers.maxima import Arc, Maxima, Observation
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 
 class LaggedEquations(Equations):

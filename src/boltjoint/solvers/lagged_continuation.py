@@ -11,15 +11,10 @@ from functools import partial
 import numpy as np
 
 from boltjoint.solvers.corrector import Predictor, Step
-from boltjoint.solvers.equations import (
-    Quantity,
-    Solution,
-    SolutionBranch,
-    StepControl,
-    Vector,
-)
+from boltjoint.solvers.equations import Quantity, Solution, SolutionBranch, Vector
 from boltjoint.solvers.lagged_basis import LaggedCorrector, LaggedEquations
 from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.solvers.tracer import Tracer
 
 

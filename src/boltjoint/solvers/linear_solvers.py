@@ -15,7 +15,6 @@ from boltjoint.solvers.equations import (
     LazyJacobian,
     Matrix,
     Solution,
-    StepControl,
     Vector,
 )
 from boltjoint.solvers.newton import (
@@ -26,6 +25,7 @@ from boltjoint.solvers.newton import (
     smallest_residual,
     solve,
 )
+from boltjoint.solvers.step_control import StepControl
 
 #: number of unknowns from which a Jacobian costs more than the products that stand for it
 LARGE = 1000

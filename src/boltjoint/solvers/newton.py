@@ -27,9 +27,9 @@ from boltjoint.solvers.equations import (
     LazyJacobian,
     Matrix,
     Solution,
-    StepControl,
     Vector,
 )
+from boltjoint.solvers.step_control import StepControl
 
 #: a residual this small against the terms it is the sum of is their rounding
 ROUNDING = 4 * np.finfo(float).eps

@@ -9,8 +9,9 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from boltjoint.solvers.corrector import Predictor, Step
-from boltjoint.solvers.equations import Solution, SolutionBranch, StepControl, Vector
+from boltjoint.solvers.equations import Solution, SolutionBranch, Vector
 from boltjoint.solvers.maxima import Maxima
+from boltjoint.solvers.step_control import StepControl
 
 
 class Tracer(ABC):

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint.dataset import quantity
-from boltjoint.structure.bolts import distance_to_bolts
+from boltjoint.structure.bolt_tension import distance_to_bolts
 from boltjoint.structure.geometry import CentreStresses, Geometry
 from boltjoint.structure.model import Bolt, Structure
 from boltjoint.structure.model_limits import DISPLACEMENT, SLIP, STRESS

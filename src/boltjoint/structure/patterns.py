@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.joint.surface_places import SurfacePlaces
-from boltjoint.structure.bolts import distance_to_bolts
+from boltjoint.structure.bolt_tension import distance_to_bolts
 from boltjoint.structure.makers.registry import move_in, structure_of, that_respond
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import Subspace, part_that_moves

@@ -24,7 +24,7 @@ from threadpoolctl import threadpool_limits
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.bolts import share_of_yield, tension_of, yield_warning
+from boltjoint.structure.bolt_tension import share_of_yield, tension_of, yield_warning
 from boltjoint.structure.contact_equilibrium import ContactEquilibrium, solve_contact
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.makers.registry import structure_of

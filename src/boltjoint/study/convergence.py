@@ -20,7 +20,7 @@ from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.joint.partition import Division, Motion, partition_regions, region_error
 from boltjoint.names import Basis
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.patterns import resonances_in
 from boltjoint.study.timing import Timed
 

@@ -33,7 +33,7 @@ from boltjoint.harmonics import Components
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.io import model_errors
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import LIMITS
 
 if TYPE_CHECKING:

@@ -28,7 +28,7 @@ from boltjoint.dynamics.response.methods import Problem
 from boltjoint.dynamics.response.windows import Resonance, window_around
 from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.study import layout
 from boltjoint.study.timing import Timed, clock
 

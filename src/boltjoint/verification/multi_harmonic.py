@@ -22,8 +22,8 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion, motion_at
 from boltjoint.dynamics.response.harmonic_convergence import converge_peak
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import NewtonKrylov
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.time_integration import SteadyState, steady_state
 
 logger = logging.getLogger(__name__)

@@ -23,9 +23,10 @@ from boltjoint.dynamics.backbone.peak_force import find_isolated_branches, least
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period
 from boltjoint.joint.model import Joint
 from boltjoint.solvers.arc_length import trace
-from boltjoint.solvers.compiled_path import follow
+from boltjoint.solvers.compiled_arc_length import follow
 from boltjoint.solvers.compiled_steps import Limits
-from boltjoint.solvers.equations import SolutionBranch, StepControl
+from boltjoint.solvers.equations import SolutionBranch
+from boltjoint.solvers.step_control import StepControl
 
 Array = NDArray[np.float64]
 

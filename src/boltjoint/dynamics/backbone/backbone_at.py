@@ -10,7 +10,7 @@ from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 Array = NDArray[np.float64]
 

@@ -14,8 +14,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from boltjoint.dynamics.backbone.epmc import ModalState
 from boltjoint.solvers.corrector import Corrector, Predictor, projection
-from boltjoint.solvers.equations import Solution, StepControl, Vector
+from boltjoint.solvers.equations import Solution, Vector
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 #: a root is found where its function is this small against the scale of the function
 _ROOT = 1e-10

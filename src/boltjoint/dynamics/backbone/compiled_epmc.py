@@ -1,4 +1,4 @@
-"""The nonlinear mode (``dynamics.backbone.epmc``) as equations of ``solvers.compiled_path``."""
+"""The nonlinear mode (``backbone.epmc``) as equations of ``solvers.compiled_arc_length``."""
 
 from math import exp, sqrt
 

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.dynamics.backbone.between_states import BetweenStates, solve_minimum
 from boltjoint.dynamics.backbone.epmc import ModalState
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 #: a smaller relative fall of the excitation between states is within the tolerance of their modes
 _ROUNDING = 1e-6

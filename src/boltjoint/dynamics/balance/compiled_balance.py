@@ -1,4 +1,4 @@
-"""The harmonic balance in linear modes as equations of ``solvers.compiled_path``."""
+"""The harmonic balance in linear modes as equations of ``solvers.compiled_arc_length``."""
 
 from math import hypot
 from typing import NamedTuple

@@ -30,8 +30,8 @@ from boltjoint.friction.declarations import AXES
 from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.derived import merge_points
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.adapted_basis.candidates import Candidates, SpringContact
 
 Array = NDArray[np.float64]

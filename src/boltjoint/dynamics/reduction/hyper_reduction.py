@@ -41,8 +41,8 @@ from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint, count_alike, keep_elements
 from boltjoint.options import Options
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 logger = logging.getLogger(__name__)
 

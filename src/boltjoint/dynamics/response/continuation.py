@@ -15,11 +15,12 @@ from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
 from boltjoint.solvers.arc_length import Prediction
-from boltjoint.solvers.compiled_path import follow
+from boltjoint.solvers.compiled_arc_length import follow
 from boltjoint.solvers.compiled_steps import Limits
-from boltjoint.solvers.equations import Equations, LazyJacobian, SolutionBranch, StepControl
+from boltjoint.solvers.equations import Equations, LazyJacobian, SolutionBranch
 from boltjoint.solvers.lagged_basis import BasisPrediction, LaggedEquations
 from boltjoint.solvers.newton import newton
+from boltjoint.solvers.step_control import StepControl
 
 #: where in the window a branch is started that does not cross it from its ends
 _STARTS_INSIDE = (0.5, 0.25, 0.75)

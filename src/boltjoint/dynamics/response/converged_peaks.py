@@ -42,7 +42,7 @@ from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.friction.aft import AlternatingFrequencyTime, without_sampling
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 logger = logging.getLogger(__name__)
 

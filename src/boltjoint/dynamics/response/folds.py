@@ -28,9 +28,10 @@ from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.friction.aft import AlternatingFrequencyTime, elements_of
 from boltjoint.solvers.arc_length import CornerTracer
 from boltjoint.solvers.corrector import Corrector
-from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch, StepControl
+from boltjoint.solvers.equations import LazyJacobian, Solution, SolutionBranch
 from boltjoint.solvers.linear_solvers import LARGE
 from boltjoint.solvers.newton import NewtonKrylov, newton
+from boltjoint.solvers.step_control import StepControl
 
 #: a smaller relative change of the frequency between two solutions is rounding
 _ROUNDING = 1e-12

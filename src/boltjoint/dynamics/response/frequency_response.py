@@ -28,7 +28,7 @@ from boltjoint.dynamics.response.synthesis import ModalSynthesis
 from boltjoint.dynamics.response.windows import Resonance
 from boltjoint.joint.model import Joint
 from boltjoint.names import Coordinates
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 
 logger = logging.getLogger(__name__)
 

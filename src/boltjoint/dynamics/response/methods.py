@@ -22,7 +22,8 @@ from boltjoint.dynamics.response.continuation import Continuation
 from boltjoint.dynamics.response.rdnm import LaggedRDNM, SelfConsistentRDNM
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import SolutionBranch, StepControl
+from boltjoint.solvers.equations import SolutionBranch
+from boltjoint.solvers.step_control import StepControl
 
 
 class Problem(NamedTuple):

@@ -32,8 +32,8 @@ from boltjoint.dynamics.response.amplitude_by_phase import (
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
-from boltjoint.solvers.equations import StepControl
 from boltjoint.solvers.newton import NewtonKrylov
+from boltjoint.solvers.step_control import StepControl
 
 Array = NDArray[np.float64]
 

@@ -164,7 +164,7 @@ def divisions(
 ) -> "pd.DataFrame":
     """Errors of peaks by division and number of regions."""
     from boltjoint.joint.io import joint_from_dataset
-    from boltjoint.solvers.equations import StepControl
+    from boltjoint.solvers.step_control import StepControl
     from boltjoint.study.convergence import tabulate_divisions
 
     fields = artefact.fields | {"joint": REFERENCE[0]}
@@ -218,7 +218,7 @@ def reductions(
 ) -> "pd.DataFrame":
     """Errors and times of reduced joints."""
     from boltjoint.joint.io import joint_from_dataset
-    from boltjoint.solvers.equations import StepControl
+    from boltjoint.solvers.step_control import StepControl
     from boltjoint.study.convergence import tabulate_reductions
 
     loaded = {

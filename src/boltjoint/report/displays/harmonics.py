@@ -128,7 +128,7 @@ def larger_basis(
 ) -> "pd.DataFrame":
     """Converged peaks of the reference model against those in a larger basis."""
     from boltjoint.joint.io import joint_from_dataset
-    from boltjoint.solvers.equations import StepControl
+    from boltjoint.solvers.step_control import StepControl
     from boltjoint.study.tables.harmonic_peaks import tabulate_larger_basis
 
     return tabulate_larger_basis(

@@ -31,7 +31,7 @@ from boltjoint.structure.adapted_basis.attachment_modes import (
     attachment_modes,
     symmetric_part,
 )
-from boltjoint.structure.bolts import distance_to_bolts
+from boltjoint.structure.bolt_tension import distance_to_bolts
 from boltjoint.structure.makers.registry import ELASTIC, families_of
 from boltjoint.structure.model import Structure
 from boltjoint.structure.subspaces import part_that_moves, whole

@@ -14,8 +14,8 @@ from boltjoint.structure.elements.assembly import ElementBlock, assemble
 from boltjoint.structure.elements.kinds import KINDS
 from boltjoint.structure.elements.matrices import IsotropicMaterial
 from boltjoint.structure.extrusion.blocks import Blocks
+from boltjoint.structure.extrusion.bolt_mesh import BoltLevels, add_bolt, radii_of, washer_levels
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
-from boltjoint.structure.extrusion.bolts import BoltLevels, add_bolt, radii_of, washer_levels
 from boltjoint.structure.extrusion.grid_plan import BoltPlace, GridPlan
 from boltjoint.structure.extrusion.motion import bodies_of_nodes, dofs, free_motion, reflection
 from boltjoint.structure.extrusion.plan import Labels, tributary_area

@@ -11,7 +11,7 @@ from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.joint.model import Joint
-from boltjoint.solvers.equations import StepControl
+from boltjoint.solvers.step_control import StepControl
 from boltjoint.verification.multi_harmonic import checked_levels
 
 #: what is read of a response, by its dimensions

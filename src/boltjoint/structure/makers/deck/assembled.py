@@ -9,11 +9,11 @@ from scipy import sparse
 
 from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import beams, constraint_rows
-from boltjoint.structure.makers.deck.bolts import Cut, cut
+from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows
 from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Coupling, Deck, Tie
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.pretension import Cut, cut
 from boltjoint.structure.makers.deck.unknowns import Elimination, Rows, Unknowns, eliminate
 
 Array = NDArray[np.float64]
@@ -46,7 +46,7 @@ class Assembled:
     mesh: Mesh
     unknowns: Unknowns
     cuts: tuple[Cut, ...]
-    beams: tuple[beams.BoltBeam, ...]
+    beams: tuple[beams_springs_masses.BoltBeam, ...]
     rows: list[Rows]
     held: NDArray[np.bool_]
     elimination: Elimination
@@ -87,7 +87,7 @@ def constrain(
         if section.surface is not None:
             mesh, section_cut = cut(mesh, section)
             cuts.append(section_cut)
-    bolt_beams = beams.bolt_beams(deck)
+    bolt_beams = beams_springs_masses.bolt_beams(deck)
     unknowns = _unknowns(
         deck, mesh, [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
     )
@@ -139,7 +139,7 @@ def _unknowns(deck: Deck, mesh: Mesh, sections: Sequence) -> Unknowns:
         if coupling.of_surface:
             turning.append(deck.node_of(coupling.reference))
     turning += [deck.node_of(body.reference) for body in deck.rigid_bodies]
-    turning += [int(node) for ends in beams.turning_beams(deck) for node in ends]
+    turning += [int(node) for ends in beams_springs_masses.turning_beams(deck) for node in ends]
     nodes = [deck.node_of(section.node) for section in sections]
     return Unknowns(deck, mesh.node_count, np.unique(np.array(turning, np.int64)), nodes)
 
@@ -229,6 +229,6 @@ def matrices(
     K, M = sparse.csc_array(K), sparse.csc_array(M)
     K.resize((size, size))
     M.resize((size, size))
-    K = K + beams.stiffness(assembled.beams, unknowns, mesh, pascal)
-    K = K + beams.spring_stiffness(mesh, size, newton)
-    return K.tocsc(), (M + beams.point_masses(mesh, size, kilogram)).tocsc()
+    K = K + beams_springs_masses.stiffness(assembled.beams, unknowns, mesh, pascal)
+    K = K + beams_springs_masses.spring_stiffness(mesh, size, newton)
+    return K.tocsc(), (M + beams_springs_masses.point_masses(mesh, size, kilogram)).tocsc()

@@ -18,7 +18,7 @@ import xarray as xr
 
 from boltjoint.config.deck import Deck as Description
 from boltjoint.config.deck import DeckContact
-from boltjoint.structure.bolts import tension_of
+from boltjoint.structure.bolt_tension import tension_of
 from boltjoint.structure.calculix_comparison import (
     PRESTRESSED_MODES,
     Verified,
@@ -30,12 +30,12 @@ from boltjoint.structure.calculix_comparison import (
 from boltjoint.structure.calculix_program import fields, paragraphs, tables_after
 from boltjoint.structure.elements.assembly import ElementBlock
 from boltjoint.structure.makers.deck.assembled import node_of_element
-from boltjoint.structure.makers.deck.beams import bolt_beams
-from boltjoint.structure.makers.deck.bolts import SectionBolt, bolts_of
+from boltjoint.structure.makers.deck.beams_springs_masses import bolt_beams
 from boltjoint.structure.makers.deck.content import Coupling, Reference
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.makers.deck.pretension import SectionBolt, bolts_of
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 
 _MM = 1e-3

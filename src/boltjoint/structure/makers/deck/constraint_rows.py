@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from boltjoint.structure.makers.deck.bolts import Cut
 from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.makers.deck.pretension import Cut
 from boltjoint.structure.makers.deck.projection import motion, project
 from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
 

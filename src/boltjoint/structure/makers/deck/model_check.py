@@ -8,18 +8,18 @@ from numpy.typing import NDArray
 from boltjoint.config.deck import Deck
 from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.elements.suitability import element_warnings
-from boltjoint.structure.makers.deck import beams, constraint_rows, interfaces
+from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows, interfaces
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain
-from boltjoint.structure.makers.deck.bolts import (
+from boltjoint.structure.makers.deck.interfaces import tied_pairs
+from boltjoint.structure.makers.deck.labels import Indices
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.pretension import (
     Cut,
     SectionBolt,
     bolts_of,
     lengths_given,
     loads_of,
 )
-from boltjoint.structure.makers.deck.interfaces import tied_pairs
-from boltjoint.structure.makers.deck.labels import Indices
-from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 from boltjoint.structure.model_facts import (
     MM,
@@ -86,7 +86,9 @@ def _of_bodies(description: Description, mesh: Mesh) -> dict[str, str]:
         float(volumes @ np.asarray(block.material.density, dtype=np.float64))
         for volumes, block in zip(mesh.volumes, blocks, strict=True)
     )
-    weight += float(beams.point_masses(mesh, 3 * mesh.node_count, mass).diagonal()[::3].sum())
+    weight += float(
+        beams_springs_masses.point_masses(mesh, 3 * mesh.node_count, mass).diagonal()[::3].sum()
+    )
     size = np.ptp(mesh.coordinate[mesh.nodes], axis=0)
     kinds = ", ".join(f"{len(solid.place)} {solid.kind.name}" for solid in mesh.solids)
     return {
@@ -121,7 +123,11 @@ def _of_bolts(description: Description, assembled: Assembled) -> dict[str, str]:
     bolts = bolts_of(mesh.deck, description.wanted_bolts)
     loads = loads_of(mesh.deck, bolts)
     lengths = lengths_given(mesh.deck, bolts)
-    told, body, of_beams = [], constraint_rows.bodies(mesh), beams.bolt_beams(mesh.deck)
+    told, body, of_beams = (
+        [],
+        constraint_rows.bodies(mesh),
+        beams_springs_masses.bolt_beams(mesh.deck),
+    )
     for number, bolt in enumerate(bolts):
         words = [bolt.name]
         if isinstance(bolt, SectionBolt):

@@ -13,17 +13,17 @@ from boltjoint.config.deck import Deck as Description
 from boltjoint.structure.contact_points import ContactPoints
 from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.geometry import CellMaterial, Geometry
-from boltjoint.structure.makers.deck import beams, constraint_rows
+from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows
 from boltjoint.structure.makers.deck.assembled import Assembled, constrain, matrices
-from boltjoint.structure.makers.deck.bolts import (
+from boltjoint.structure.makers.deck.interfaces import points_of_contact, tied_pairs
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.pretension import (
     DeckBolts,
     SectionBolt,
     bolts_of,
     lengths_given,
     loads_of,
 )
-from boltjoint.structure.makers.deck.interfaces import points_of_contact, tied_pairs
-from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.summary import described_mesh, supports_of
 from boltjoint.structure.model import Bolt, Row, Structure, unit_row
 from boltjoint.structure.nonmatching_faces.weighted_points import WeightedPoints
@@ -281,7 +281,7 @@ def _bolts(
 
 
 def _of_beam(
-    description: Description, mesh: Mesh, beam: beams.BoltBeam
+    description: Description, mesh: Mesh, beam: beams_springs_masses.BoltBeam
 ) -> tuple[Array, Array, float, float, float]:
     """Axis, position, section, modulus and yield strength of a bolt that is a beam."""
     along = np.subtract(*mesh.coordinate[beam.nodes[::-1]])

@@ -10,11 +10,11 @@ import numpy as np
 from boltjoint.config.deck import BoltsOfDeck, Summary
 from boltjoint.config.described import MeshSize
 from boltjoint.names import Preload
-from boltjoint.structure.makers.deck.bolts import bolts_of, loads_of, with_planes
 from boltjoint.structure.makers.deck.content import Boundary, Deck, Material, Reference
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.lines import Place
 from boltjoint.structure.makers.deck.mesh import Mesh, mesh_of
+from boltjoint.structure.makers.deck.pretension import bolts_of, loads_of, with_planes
 from boltjoint.structure.makers.deck.reader import read_deck
 
 if TYPE_CHECKING:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.dataset import quantity
-from boltjoint.structure.bolts import tension_of
+from boltjoint.structure.bolt_tension import tension_of
 from boltjoint.structure.calculix_program import fields, paragraphs, required_tables
 from boltjoint.structure.elements.kinds import FACES_OF_HEXAHEDRON
 from boltjoint.structure.makers.half_lap.parts import element_materials

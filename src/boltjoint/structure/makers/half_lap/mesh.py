@@ -21,14 +21,10 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.dataset import quantity
 from boltjoint.structure.extrusion.blocks import Blocks
+from boltjoint.structure.extrusion.bolt_mesh import BoltLevels, add_bolt, radii_of, washer_levels
 from boltjoint.structure.extrusion.bolt_plan import bolt_plan
-from boltjoint.structure.extrusion.bolts import add_bolt, radii_of
+from boltjoint.structure.extrusion.cell import CellDivisions
 from boltjoint.structure.extrusion.plan import Labels, rectangle_plan, tributary_area
-from boltjoint.structure.makers.half_lap.bolts import (
-    bolt_levels,
-    divisions_of,
-    levels_of,
-)
 from boltjoint.structure.makers.half_lap.parts import (
     BAR_A,
     BAR_B,
@@ -312,3 +308,33 @@ def _properties(assembly: "LapJoint") -> dict[str, xr.Variable]:
             (), float(contact.friction_coefficient), "1", "Coulomb friction between the bars"
         ),
     }
+
+
+def divisions_of(assembly: "LapJoint") -> CellDivisions:
+    """Divisions of the cell of a bolt."""
+    mesh = assembly.mesh
+    return CellDivisions(
+        across=mesh.ring_cells_across_width,
+        along=mesh.ring_cells_along_bar,
+        rings_in_shank=mesh.rings_in_shank,
+        rings_under_head=mesh.rings_under_head,
+        rings_head_to_edge=mesh.rings_head_to_cell_edge,
+        rings_head_to_washer=assembly.rings_head_to_washer_edge,
+    )
+
+
+def levels_of(assembly: "LapJoint") -> tuple[Array, Array]:
+    """Levels along z of the lower and of the upper half of the height [m]."""
+    half, layers = _MM * assembly.bar.height_mm / 2, assembly.mesh.layers_per_half_height
+    return np.linspace(-half, 0.0, layers + 1), np.linspace(0.0, half, layers + 1)
+
+
+def bolt_levels(assembly: "LapJoint") -> BoltLevels:
+    """Levels of nodes along the axis of a bolt [m]."""
+    bolts, layers = assembly.bolts, int(assembly.layers_in_washer)
+    return BoltLevels.of_stack(
+        levels_of(assembly),
+        (washer_levels(bolts, "nut", layers), washer_levels(bolts, "head", layers)),
+        (_MM * bolts.nut_height_mm, _MM * bolts.head_height_mm),
+        assembly.mesh.layers_in_head,
+    )

@@ -15,7 +15,7 @@ from boltjoint.structure.extrusion.bodies import (
     levels_of,
     rings_of,
 )
-from boltjoint.structure.extrusion.bolts import radii_of
+from boltjoint.structure.extrusion.bolt_mesh import radii_of
 from boltjoint.structure.extrusion.grid_plan import grid_plan, places_of
 from boltjoint.structure.extrusion.plan import rectangle_plan
 

@@ -1,4 +1,4 @@
-"""Memory and time that a study needs: of its largest job, and of all (``estimated_jobs``)."""
+"""Memory and time of a study: its largest job, and all (``memory_and_time_of_jobs``)."""
 
 import math
 from collections.abc import Mapping
@@ -14,9 +14,9 @@ from boltjoint.config.types import (
     refusing_exceptions,
 )
 from boltjoint.provenance.environment import machine_memory as machine_memory
-from boltjoint.structure.bolts import tension_of, yield_warning
+from boltjoint.structure.bolt_tension import tension_of, yield_warning
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.estimated_jobs import all_jobs, jobs_on
+from boltjoint.study.memory_and_time_of_jobs import all_jobs, jobs_on
 from boltjoint.study.progress import duration
 
 _GIB = 2**30

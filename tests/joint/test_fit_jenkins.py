@@ -5,7 +5,7 @@ import pytest
 from joint_examples import many_elements
 
 from boltjoint.friction.constant import ConstantLoad
-from boltjoint.joint.fitting import fit_elements
+from boltjoint.joint.fit_jenkins import fit_elements
 from boltjoint.joint.hysteresis import loop_error, unloading_branch
 
 
