@@ -28,7 +28,7 @@ from unseen_assemblies import ALUMINIUM, BOLTS, STEEL, Unseen, onset_of_full_sli
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.damping import Damping, as_damping
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.error_bars import add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response

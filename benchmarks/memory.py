@@ -21,7 +21,7 @@ import yaml
 from boltjoint import dataset
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.makers.half_lap.mesh import build_assembly
 from boltjoint.structure.modes import find_modes

@@ -10,7 +10,7 @@ from study_joints import RESULTS, joint_of
 from boltjoint import dataset
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.reduction.hyper_reduction import weigh_pairs
 from boltjoint.joint.partition import partition_regions

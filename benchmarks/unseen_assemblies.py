@@ -22,7 +22,7 @@ from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.damping import Damping
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.joint.model import Joint

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from boltjoint.friction.dashpots import Dashpots
+from boltjoint.friction.dashpot_forms import Dashpots
 from boltjoint.friction.element_law import ElementLaw, check_elements
 from boltjoint.friction.sliders_at_samples import Sliders
 {declaration}

@@ -10,8 +10,8 @@ from boltjoint.config.case import Case
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.measured import Measured
 from boltjoint.study.calibrated_joint import CalibratedJoint
-from boltjoint.study.calibration import calibrate
-from boltjoint.study.prediction import predict
+from boltjoint.study.calibration_of_case import calibrate
+from boltjoint.study.prediction_of_case import predict
 
 FILE = "config/bar.csv"
 FRICTION, STIFFNESS = "contact.friction_coefficient", "contact.tangential_stiffness_N_per_m"

@@ -20,7 +20,7 @@ from boltjoint import dataset
 from boltjoint.command.main import main, without_usage
 from boltjoint.config.study import load_study
 from boltjoint.study.export import export_responses
-from boltjoint.study.plausible import implausible
+from boltjoint.study.implausible_values import implausible
 
 ROOT = Path(__file__).parents[1]
 

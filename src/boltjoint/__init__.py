@@ -34,7 +34,7 @@ _NAMES = {
     "find_backbone": "dynamics.backbone.backbone",
     "find_converged_peaks": "dynamics.response.converged_peaks",
     "find_modes": "structure.modes",
-    "find_pod_modes": "dynamics.reduction.adaptive_basis",
+    "find_pod_modes": "dynamics.reduction.basis_from_backbones",
     "fit": "calibration.fit",
     "fit_preloads": "calibration.bolt_preloads",
     "fit_reduced_joint": "joint.reduced",

@@ -8,7 +8,7 @@ from boltjoint.calibration.measured_backbone import MeasuredBackbone as Measured
 from boltjoint.calibration.parameters import Parameter as Parameter
 from boltjoint.dynamics.backbone.backbone import find_backbone as find_backbone
 from boltjoint.dynamics.backbone.backbone_at import backbone_at as backbone_at
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes as find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes as find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import (
     ContactCondition as ContactCondition,
 )

@@ -17,9 +17,9 @@ from calibrated_joint import (
 import boltjoint
 from boltjoint.calibration.calibration import Undetermined
 from boltjoint.calibration.fit import CalibrationOptions
-from boltjoint.calibration.importance import pareto_shape
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter, ParameterSpace, Prior
+from boltjoint.calibration.posterior_draws import pareto_shape
 from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.measurement.identification import IdentifiedMode

@@ -7,8 +7,8 @@ import pytest
 from calibrated_joint import AMPLITUDES, FAST, MODEL, PARAMETERS, TRUTH, curve_of, true_curves
 
 import boltjoint
-from boltjoint.calibration.importance import importance_draws, of_least_squares
 from boltjoint.calibration.parameters import Parameter
+from boltjoint.calibration.posterior_draws import importance_draws, of_least_squares
 from boltjoint.calibration.ridge import Ridge
 
 #: scatter beside the valley

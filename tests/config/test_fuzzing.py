@@ -22,9 +22,10 @@ from boltjoint.config.strict_yaml import LARGEST_FILE
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study import memory_and_time, memory_and_time_of_jobs
+from boltjoint.study import memory_and_time_of_jobs
+from boltjoint.study import memory_and_time_of_study as needs
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.plausible import implausible
+from boltjoint.study.implausible_values import implausible
 
 NUMBER = int(os.environ.get("BOLTJOINT_FUZZ", "480"))
 SEED = os.environ.get("BOLTJOINT_FUZZ_SEED", "1")
@@ -47,15 +48,15 @@ def problems_of(folder):
         warnings.simplefilter("error")
         try:
             found = load_study(folder, {}, ["three_bolt_constant"])
-            needed = memory_and_time.estimate(found)
+            needed = needs.estimate(found)
         except ConfigError as error:
             return list(error.problems)
-        if shortage := memory_and_time.shortage(needed, MEMORY):
+        if shortage := needs.shortage(needed, MEMORY):
             return [shortage]
-        assert memory_and_time.summary(needed, MEMORY, 2).isprintable()
-        told = [*memory_and_time.overstrained(found), *implausible(found)]
+        assert needs.summary(needed, MEMORY, 2).isprintable()
+        told = [*needs.overstrained(found), *implausible(found)]
         assert all(line.isprintable() for line in told)
-        memory_and_time.Resources(found).of_any("designs")
+        needs.Resources(found).of_any("designs")
         assert Contents(found, DISPLAYS).files()
     return []
 
@@ -222,7 +223,7 @@ def test_an_exception_while_checking_is_a_line_with_its_file(study, monkeypatch,
     ],
 )
 def test_an_exception_while_estimating_is_a_line_with_its_file(study, monkeypatch, name, line):
-    module = memory_and_time if name == "Contents" else memory_and_time_of_jobs
+    module = needs if name == "Contents" else memory_and_time_of_jobs
     monkeypatch.setattr(module, name, failing)
     reason = "ends in ZeroDivisionError: float division by zero"
     assert problems_of(study) == [f"{line}: {reason}"]

@@ -12,7 +12,7 @@ from boltjoint.config.csv_table import TableError
 from boltjoint.config.measured import MOST_POINTS, read_backbone_table
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 
 FILE, CASE_FILE = "config/measured/bar.csv", "config/cases/small.yaml"
 HEAD = "displacement_mm,frequency_Hz,damping_ratio"
@@ -71,7 +71,7 @@ def test_a_measurement_is_read_with_its_points_and_the_hash_of_its_file(study):
 def test_more_starts_and_points_take_longer(study):
     def seconds(**changes):
         write_files(study, table(POINTS * changes.pop("times", 1)), measured=MEASURED | changes)
-        return memory_and_time.estimate(load_study(study)).seconds
+        return needs.estimate(load_study(study)).seconds
 
     one = seconds(starts=1)
     assert seconds(starts=100) > one
@@ -311,9 +311,9 @@ def test_curves_held_aside_are_counted_and_need_a_common_scale(study):
     write_files(study, measured=MEASURED | {"predicted": [OTHER]})
     loaded = load_study(study)
     assert loaded.measured_points == {"small": (3, 3)}
-    with_them = memory_and_time.estimate(loaded).seconds
+    with_them = needs.estimate(loaded).seconds
     write_files(study)
-    assert memory_and_time.estimate(load_study(study)).seconds < with_them
+    assert needs.estimate(load_study(study)).seconds < with_them
     head = HEAD.replace("displacement_mm", "displacement_amplitude")
     own = {"amplitude_scale[mode-1]": {"low": 0.1, "high": 10}}
     changes = {"parameters": MEASURED["parameters"] | own, "predicted": [OTHER]}

@@ -16,7 +16,7 @@ from boltjoint.config.varied_keys import keys_that_vary
 from boltjoint.damping import LossFactor
 from boltjoint.names import JointName
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 from boltjoint.study.artefact_list import Contents
 
 NAME = "three_bolt_uncertainty"
@@ -241,7 +241,7 @@ def test_a_job_checks_the_variant_it_needs_and_no_other(study, changed, monkeypa
     contents = Contents(loaded, DISPLAYS)
     contents.select("joint", case="three_bolt_constant")
     DISPLAYS.jobs(contents, "figure")
-    memory_and_time.Resources(loaded).of("responses", "three_bolt_constant")
+    needs.Resources(loaded).of("responses", "three_bolt_constant")
     assert checked == []
     name = "three_bolt_constant,assembly.bar.lap_mm=120"
     assert loaded.case(name).assembly == "three_bolt,bar.lap_mm=120"

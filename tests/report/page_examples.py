@@ -14,7 +14,7 @@ from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.reproduction.pages import PagesBesideThesis
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 ROOT = Path(__file__).parents[2]
 

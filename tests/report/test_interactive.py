@@ -24,7 +24,7 @@ from boltjoint.report.pages.interactive.view import (
 )
 from boltjoint.structure.model_limits import LINEAR
 from boltjoint.study import layout
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 
 def unpacked(text, kind="<f4"):

@@ -7,7 +7,7 @@ from boltjoint.config.study import load_study
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.pages.overview import overview_page
 from boltjoint.study.artefact_list import Artefact, Contents
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 
 def _figures_and_tables(study):

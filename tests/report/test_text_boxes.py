@@ -11,7 +11,7 @@ from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.figures.regions import plot_regions
 from boltjoint.reproduction.comparison import ThesisComparison
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 
 @pytest.fixture

@@ -7,10 +7,10 @@ from page_examples import CASE
 
 from boltjoint import dataset
 from boltjoint.config.case import Case
-from boltjoint.report.answer import SHOWS, NonlinearMode
+from boltjoint.report.answer_values import SHOWS, NonlinearMode
 from boltjoint.report.pages.case.configuration import excitation_in_words, output_in_words
 from boltjoint.study import layout
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 
 def backbone_of(frequency, damping, force):

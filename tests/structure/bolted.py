@@ -10,7 +10,7 @@ from boltjoint.config.makers import description_of
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.makers.registry import make

@@ -12,7 +12,7 @@ from scipy.sparse import diags_array
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.damping import ModalDamping, ModalStructure
 from boltjoint.dataset import save
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.structure.adapted_basis.candidates import SpringContact, find_candidates

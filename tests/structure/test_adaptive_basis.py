@@ -13,7 +13,7 @@ from boltjoint import solve_branch
 from boltjoint.config.contact import ContactOfSurface
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.config.study import load_study
-from boltjoint.dynamics.reduction.adaptive_basis import _trace, find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import _trace, find_pod_modes
 from boltjoint.dynamics.reduction.candidate_backbone import CandidateBackbone
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.adapted_basis.candidates import find_candidates

@@ -10,7 +10,7 @@ from small_study import mesh_of
 from test_structure_model import as_matrices
 
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response

@@ -8,7 +8,7 @@ from scipy.sparse.linalg import eigsh, splu
 
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dynamics.backbone.backbone import find_backbone
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.windows import frequency_window
 from boltjoint.structure.makers.registry import structure_of

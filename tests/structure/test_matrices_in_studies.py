@@ -13,7 +13,7 @@ from boltjoint.names import JointName
 from boltjoint.structure.makers.registry import structure_of
 from boltjoint.structure.modes import find_modes
 from boltjoint.structure.preload import apply_preload
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 
 OF_CASE = {"excitation": {"kind": "inputs", "inputs": [{"name": "shaker"}]}, "outputs": ["sensor"]}
 
@@ -43,13 +43,12 @@ def test_the_estimate_counts_the_whole_where_no_symmetry_halves_it(study, tmp_pa
     write(tmp_path / "config/cases/small.yaml", CASE)
     of_mesh = load_study(tmp_path)
     memory = [
-        memory_and_time.Resources(each).of("preload", "two_bolt")["mem_mb"]
-        for each in (of_matrices, of_mesh)
+        needs.Resources(each).of("preload", "two_bolt")["mem_mb"] for each in (of_matrices, of_mesh)
     ]
     assert memory[0] > memory[1]
-    small = memory_and_time.Resources.SMALL
-    assert memory_and_time.Resources(of_mesh).of("build", "two_bolt") == small
-    assert memory_and_time.Resources(of_matrices).of("build", "two_bolt") != small
+    small = needs.Resources.SMALL
+    assert needs.Resources(of_mesh).of("build", "two_bolt") == small
+    assert needs.Resources(of_matrices).of("build", "two_bolt") != small
 
 
 def test_numbers_that_name_something_do_not_vary(study):

@@ -8,7 +8,7 @@ from scipy.sparse.linalg import eigsh
 
 from boltjoint.config.numerical_options import ContactAdaptedBasis
 from boltjoint.dataset import save
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.structure.makers.registry import families_of, structure_of
 from boltjoint.structure.modes import find_modes

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import eigsh, spsolve
 
 from boltjoint import solve_branch
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.registry import LAWS

@@ -12,7 +12,7 @@ from scipy.linalg import eigh
 from scipy.optimize import root
 from scipy.spatial.transform import Rotation
 
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.converged_peaks import converge_peaks, find_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response

@@ -14,7 +14,7 @@ from small_study import ASSEMBLY, CASE, SETTINGS, write
 from boltjoint.config.reference import SCHEMAS
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 
 FILES = {
     "config": "config/config.yaml",
@@ -252,7 +252,7 @@ def estimated(folder, contents):
     """Memory and time of a study of these files."""
     for name, content in contents.items():
         write(folder / FILES[name], content)
-    found = memory_and_time.estimate(load_study(folder))
+    found = needs.estimate(load_study(folder))
     return found.memory, found.seconds
 
 

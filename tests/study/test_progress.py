@@ -6,7 +6,7 @@ import logging
 import pytest
 from snakemake_interface_logger_plugins.common import LogEvent
 
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 from boltjoint.study.progress import Progress
 
 
@@ -21,7 +21,7 @@ def terminal():
 
 
 def attach(logger, is_dry=False):
-    progress = Progress(lambda: "Open overview.html", memory_and_time.seconds_of_runtime, is_dry)
+    progress = Progress(lambda: "Open overview.html", needs.seconds_of_runtime, is_dry)
     progress.attach(logger)
     return progress
 
@@ -168,7 +168,7 @@ def test_a_dry_run_lists_its_jobs_as_snakemake_does(terminal):
 
 def test_a_dry_run_of_the_command_lists_its_jobs_in_words(terminal):
     logger, stream = terminal
-    progress = Progress(lambda: "", memory_and_time.seconds_of_runtime, is_dry=True, has_words=True)
+    progress = Progress(lambda: "", needs.seconds_of_runtime, is_dry=True, has_words=True)
     progress.attach(logger)
     logger.info("Building DAG of jobs...")
     logger.info("Job stats:\njob count", extra={"event": LogEvent.RUN_INFO, "stats": {}})

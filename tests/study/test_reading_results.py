@@ -10,7 +10,7 @@ import pytest
 from boltjoint import checksums, csv_files
 from boltjoint.checksums import DamagedFile
 from boltjoint.study import layout
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 ENVIRONMENT = layout.path("environment")
 TIMING = {"case": "a", "basis": "free-4", "joint": "regions=2/elements=2"}

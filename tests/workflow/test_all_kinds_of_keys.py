@@ -11,7 +11,7 @@ from small_study import ASSEMBLY, CASE, SETTINGS, mesh_of, run, write, write_con
 from boltjoint import dataset
 from boltjoint.config.case import Case
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.windows import Resonance, frequency_window

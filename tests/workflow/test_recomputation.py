@@ -165,7 +165,7 @@ def test_code_of_another_date_or_without_a_use_and_a_description_run_nothing(cop
     write(folder / "config/cases/small.yaml", CASE | {"description": "Other words"})
     for path in (*folder.rglob("src/**/*.py"), *folder.rglob("workflow/**/*.py")):
         os.utime(path)
-    edit(folder / "src/boltjoint/study/memory_and_time.py")
+    edit(folder / "src/boltjoint/study/needs.py")
     assert planned(folder) == []
 
 
@@ -248,7 +248,7 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_by_differences", "find_peaks"}
             STRUCTURE_SCRIPTS | JOINT_SCRIPTS | SOLUTION_SCRIPTS | {"check_responses", "tabulate"},
         ),
         (
-            "study/memory_and_time",
+            "study/memory_and_time_of_study",
             set(),
             {path.stem for path in ROOT.glob("workflow/scripts/*.py")},
         ),

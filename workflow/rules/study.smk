@@ -27,7 +27,7 @@ from boltjoint.reproduction.case_studies import (
     name_tables,
     name_timed_joints,
 )
-from boltjoint.study import layout, memory_and_time, plausible
+from boltjoint.study import layout, memory_and_time_of_study, implausible_values
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.memory_and_time_of_jobs import MOST_CHOSEN
 from boltjoint.study.progress import STUDY_AS_NAMED, Progress
@@ -38,14 +38,14 @@ RULES = workflow.current_basedir
 
 def answer():
     """The answer of the study, and the page to open."""
-    from boltjoint.report.answer import answers
+    from boltjoint.report.answer_values import answers
 
     return answers(study, os.environ.get(STUDY_AS_NAMED, ""))
 
 
 progress = Progress(
     answer,
-    memory_and_time.seconds_of_runtime,
+    memory_and_time_of_study.seconds_of_runtime,
     workflow.output_settings.dryrun,
     has_words=STUDY_AS_NAMED in os.environ,
 )
@@ -92,7 +92,9 @@ try:
     study = load_study(
         Path.cwd(), config, CASE_STUDIES, before=not workflow.is_main_process
     )
-    needed = memory_and_time.estimate(study) if workflow.is_main_process else None
+    needed = (
+        memory_and_time_of_study.estimate(study) if workflow.is_main_process else None
+    )
 except ConfigError as error:
     raise WorkflowError(f"The configuration cannot be used:\n{error}") from None
 
@@ -106,15 +108,18 @@ os.environ.setdefault("MALLOC_TRIM_THRESHOLD_", str(2**28))
 cores = workflow.resource_settings.cores
 # jobs are asked no more
 if workflow.is_main_process:
-    memory = None if cores is None else memory_and_time.machine_memory()
-    if shortage := memory_and_time.shortage(needed, memory):
+    memory = None if cores is None else memory_and_time_of_study.machine_memory()
+    if shortage := memory_and_time_of_study.shortage(needed, memory):
         raise WorkflowError(shortage)
-    for line in (*plausible.implausible(study), *memory_and_time.overstrained(study)):
+    for line in (
+        *implausible_values.implausible(study),
+        *memory_and_time_of_study.overstrained(study),
+    ):
         logger.warning(line)
-    logger.info(memory_and_time.summary(needed, memory, cores))
+    logger.info(memory_and_time_of_study.summary(needed, memory, cores))
 
 contents = Contents(study, DISPLAYS, timed_joints)
-resources_needed = memory_and_time.Resources(study)
+resources_needed = memory_and_time_of_study.Resources(study)
 resources_of, SMALL = resources_needed.of, resources_needed.SMALL
 
 

@@ -5,7 +5,7 @@ from boltjoint.config.csv_table import read_file
 from boltjoint.config.measured import Measured
 from boltjoint.joint.io import load_joint
 from boltjoint.provenance import logs
-from boltjoint.study.calibration import calibrate
+from boltjoint.study.calibration_of_case import calibrate
 
 logs.write_to(snakemake.log[0])
 params = snakemake.params

@@ -4,7 +4,7 @@ from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.figures.style import save_figure
 from boltjoint.reproduction.comparison import ThesisComparison
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 logs.write_to(snakemake.log[0])
 results, params = Results(snakemake.input), snakemake.params

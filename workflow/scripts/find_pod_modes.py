@@ -2,7 +2,7 @@
 
 from boltjoint import dataset
 from boltjoint.config.numerical_options import ContactAdaptedBasis
-from boltjoint.dynamics.reduction.adaptive_basis import find_pod_modes
+from boltjoint.dynamics.reduction.basis_from_backbones import find_pod_modes
 from boltjoint.dynamics.reduction.contact_condition import ContactCondition
 from boltjoint.provenance import logs
 from boltjoint.structure.structure_file import load_structure

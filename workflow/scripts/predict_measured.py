@@ -5,7 +5,7 @@ from boltjoint.config.csv_table import read_file
 from boltjoint.config.measured import Measured
 from boltjoint.joint.io import load_joint
 from boltjoint.provenance import logs
-from boltjoint.study.prediction import predict
+from boltjoint.study.prediction_of_case import predict
 
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, snakemake.input

@@ -3,7 +3,7 @@
 from boltjoint.provenance import logs
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.reproduction.comparison import ThesisComparison
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 from boltjoint.study.tables import html as tables
 
 logs.write_to(snakemake.log[0])

@@ -6,7 +6,7 @@ from boltjoint.provenance import logs
 from boltjoint.report.pages.case.page import case_page
 from boltjoint.report.pages.document import save_page
 from boltjoint.reproduction.pages import PagesBesideThesis
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 logs.write_to(snakemake.log[0])
 params, results = snakemake.params, Results(snakemake.input)

@@ -5,7 +5,7 @@ from pathlib import Path
 from boltjoint.config.sweep import Sweep
 from boltjoint.provenance import logs
 from boltjoint.report.pages.sweep.page import indices_of, sweep_page
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 logs.write_to(snakemake.log[0])
 name, params, results = snakemake.wildcards.sweep, snakemake.params, Results(snakemake.input)

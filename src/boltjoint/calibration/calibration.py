@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from boltjoint import checks
-from boltjoint.calibration.importance import ImportanceDraws, importance_draws
 from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
+from boltjoint.calibration.posterior_draws import ImportanceDraws, importance_draws
 from boltjoint.calibration.prediction import PredictedCurve, predict_curves
 from boltjoint.calibration.profile import Profiles
 from boltjoint.calibration.residuals import CurveCheck, ModelCurves, check_curve

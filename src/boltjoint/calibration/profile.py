@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
 from scipy.stats import norm
 
-from boltjoint.calibration.importance import Proposal, of_least_squares
+from boltjoint.calibration.posterior_draws import Proposal, of_least_squares
 from boltjoint.calibration.residuals import Evaluator, ModelCurves
 from boltjoint.calibration.ridge import Ridge
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from boltjoint.calibration.importance import student_draws, student_log_density
+from boltjoint.calibration.posterior_draws import student_draws, student_log_density
 
 Array = NDArray[np.float64]
 

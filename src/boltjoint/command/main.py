@@ -135,27 +135,31 @@ def _new(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> int:
     from boltjoint.config.study import load_study
     from boltjoint.config.types import ConfigError
-    from boltjoint.study import memory_and_time, plausible
+    from boltjoint.study import implausible_values, memory_and_time_of_study
 
     if refused := _refuse_without_study(options.folder):
         return refused
     os.chdir(options.folder)
     try:
         study = load_study(Path.cwd())
-        needed = memory_and_time.estimate(study)
+        needed = memory_and_time_of_study.estimate(study)
     except ConfigError as error:
         return _refuse(str(error))
-    memory = memory_and_time.machine_memory()
-    shortage = memory_and_time.shortage(needed, memory)
+    memory = memory_and_time_of_study.machine_memory()
+    shortage = memory_and_time_of_study.shortage(needed, memory)
     try:
         models = [] if shortage else list(_models(study))
     except ValueError as error:
         return _refuse(str(error))
-    for line in (*models, *plausible.implausible(study), *memory_and_time.overstrained(study)):
+    for line in (
+        *models,
+        *implausible_values.implausible(study),
+        *memory_and_time_of_study.overstrained(study),
+    ):
         print(line)
     if shortage:
         return _refuse(shortage)
-    print(memory_and_time.summary(needed, memory, os.cpu_count()))
+    print(memory_and_time_of_study.summary(needed, memory, os.cpu_count()))
     return 0
 
 

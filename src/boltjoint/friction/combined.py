@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.dashpots import Dashpots
+from boltjoint.friction.dashpot_forms import Dashpots
 from boltjoint.friction.declarations import LawDeclaration, combined
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw
 from boltjoint.friction.forms import (

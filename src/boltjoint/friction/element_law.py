@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.friction.dashpots import Dashpots, SamplesWithDashpots, TimeWithDashpots
+from boltjoint.friction.dashpot_forms import Dashpots, SamplesWithDashpots, TimeWithDashpots
 from boltjoint.friction.declarations import PER_AREA, LawDeclaration, is_per_area
 from boltjoint.friction.forms import AtSamples, ClosedForm, InTime
 from boltjoint.friction.protocol import Elements, FrictionLaw, Kernel, in_radians

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction import constant
 from boltjoint.friction.contact_states import STICK, STICK_SLIP
-from boltjoint.friction.dashpots import ClosedFormWithDashpots, Dashpots
+from boltjoint.friction.dashpot_forms import ClosedFormWithDashpots, Dashpots
 from boltjoint.friction.declarations import KELVIN_VOIGT, LawDeclaration
 from boltjoint.friction.element_law import Array, ContactPairs, ElementLaw, check_elements
 from boltjoint.friction.forms import ClosedForm, CompiledForm

@@ -1,4 +1,4 @@
-"""The friction laws by their names in files.
+"""The friction laws by their names in files: an own one is declared in ``declarations`` too.
 
 A law of another package is a module with its ``DECLARATION``, a ``LawDeclaration``, and a function
 ``law()`` that imports and returns its class, an ``ElementLaw``; an entry point of the group

@@ -15,18 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from boltjoint.solvers.corners import (
-    CORNER_STEP,
-    TURNING_STEP,
-    Alternative,
-    continuations,
-    is_same_exit,
-)
+from boltjoint.solvers.corners import Alternative, continuations, is_same_exit
 from boltjoint.solvers.corrector import Corrector, Predictor, Step
 from boltjoint.solvers.equations import Equations, Quantity, Solution, SolutionBranch, Vector
 from boltjoint.solvers.linear_solvers import linear_solver
 from boltjoint.solvers.maxima import Maxima
-from boltjoint.solvers.step_control import StepControl
+from boltjoint.solvers.step_control import CORNER_STEP, TURNING_STEP, StepControl
 from boltjoint.solvers.tracer import Tracer
 
 Prediction = Callable[[Predictor, float], Vector | None]

@@ -29,8 +29,8 @@ from boltjoint.solvers.compiled_steps import (
     scale_at,
     size_of,
 )
-from boltjoint.solvers.corners import CORNER_STEP, TURNING_STEP
 from boltjoint.solvers.equations import Solution, SolutionBranch
+from boltjoint.solvers.step_control import CORNER_STEP, TURNING_STEP
 
 #: solutions for which there is room at first
 _ROOM = 512

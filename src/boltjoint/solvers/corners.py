@@ -21,14 +21,7 @@ import numpy as np
 
 from boltjoint.solvers.corrector import Corrector, Predictor, Step, orientation_of
 from boltjoint.solvers.equations import Matrix, SolutionBranch, Vector
-
-# both limits are applied where branches are followed, in ``arc_length`` and its compiled form, and
-# ``tracer`` lets the step grow again. Peaks are the same with half or twice
-#: a step that turns the branch by more than a right angle is repeated at half the length, unless it
-#: is as short as this: then the branch has a corner there
-TURNING_STEP = 1e-3
-#: longest step with which the branch is continued beyond a corner
-CORNER_STEP = 1e-4
+from boltjoint.solvers.step_control import CORNER_STEP
 
 #: cosine above which two directions from a corner are the same
 _SAME_LINE = 0.9999

@@ -16,6 +16,14 @@ MOST_ITERATIONS = 100
 #: a branch of some thousand solutions is a finely resolved curve: so many take hours and gigabytes
 MOST_SOLUTIONS = 1_000_000
 
+# steps at corners, the same for all branches: ``arc_length`` and its compiled form take them,
+# then ``tracer`` lets the step grow again. Peaks are the same with half or twice both
+#: a step that turns the branch by more than a right angle is repeated at half the length, unless it
+#: is as short as this: then the branch has a corner there
+TURNING_STEP = 1e-3
+#: longest step with which the branch is continued beyond a corner
+CORNER_STEP = 1e-4
+
 
 @dataclass(frozen=True)
 class LaggedControl(Options):

@@ -58,7 +58,7 @@ def share_of_yield(
 
 
 def tension_of(preload: float | Sequence[float], bolts: int) -> Array:
-    """Tension of each bolt [N], from the preload of all or of each.
+    """Tension of each bolt [N], from the preload of all or of each (files: ``names.Preload``).
 
     Raises
     ------

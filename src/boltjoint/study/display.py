@@ -13,7 +13,7 @@ from boltjoint.study.artefact_list import Artefact
 
 if TYPE_CHECKING:
     from boltjoint.study.artefact_list import Contents
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 #: a text, in which the fields of the artefact stand in braces, or a function of the artefact
 Words = str | Callable[[Artefact], str]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 def _resonances(contents: Contents) -> Iterator[dict[str, Any]]:

@@ -13,7 +13,7 @@ from boltjoint.study.display import figure, table_of_same
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 @figure(

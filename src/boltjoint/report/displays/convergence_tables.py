@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 def solved_in_linear_modes(contents: Contents) -> list[dict[str, Any]]:

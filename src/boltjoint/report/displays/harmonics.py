@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from boltjoint.joint.model import Joint
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 def _with_several_harmonics(contents: Contents) -> Iterator[dict[str, Any]]:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from boltjoint.report.comparison import Comparison
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 _OF_JOINT = ("case", "basis", "joint")

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from boltjoint.report.comparison import Comparison
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 def _assemblies_of_solids(contents: Contents) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from boltjoint.config.sweep import Sweep
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
     from boltjoint.study.tables.meshes import Mesh
 
 

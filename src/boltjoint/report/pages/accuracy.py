@@ -12,7 +12,7 @@ from boltjoint.report.pages.content import PageContent, reference_statement, sel
 from boltjoint.report.pages.document import Section, link, prose, render_page, table_with_caption
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _TEXT_OF_MODELS = prose("accuracy")
 

@@ -23,7 +23,7 @@ from boltjoint.report.pages.document import (
 )
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 #: any page of the report: all lie in one folder
 _PAGE = layout.page("overview")

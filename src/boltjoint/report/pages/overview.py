@@ -9,7 +9,7 @@ from boltjoint.config.case import Case
 from boltjoint.config.study import Study
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE
-from boltjoint.report.answer import (
+from boltjoint.report.answer_values import (
     BEYOND_FROM,
     SHOWS,
     answer_in_columns,
@@ -30,7 +30,7 @@ from boltjoint.report.pages.document import (
 from boltjoint.report.pages.peaks import ALL, NOT_TESTED, SOLVED, peaks_of_reference
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust, headline_basis
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _TEXT = prose("overview")
 

@@ -12,7 +12,7 @@ from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import Section, prose, render_page, table_with_caption
 from boltjoint.study.artefact_list import Artefact
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _TEXT = prose("structure")
 

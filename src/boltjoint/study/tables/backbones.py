@@ -22,7 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.calibration.importance import LARGEST_PARETO_K
+from boltjoint.calibration.posterior_draws import LARGEST_PARETO_K
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import energy_per_period, motion_at_peak
 from boltjoint.joint.model import Joint

@@ -16,7 +16,7 @@ from boltjoint.names import JointName, Preload
 from boltjoint.number_format import number
 from boltjoint.report.pages.content import PageContent
 from boltjoint.report.pages.document import table_with_caption
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _MM = 1e3
 

@@ -1,6 +1,6 @@
 """The page of a case: its answer, its peaks, its responses, then its joints and their tables.
 
-The table of peaks is made by ``pages.peaks``, the sentences above it by ``report.answer``.
+The table of peaks is made by ``pages.peaks``, the sentences above it by ``report.answer_values``.
 """
 
 from collections.abc import Iterator, Sequence
@@ -13,7 +13,12 @@ from boltjoint.config.case import Case
 from boltjoint.config.numerical_options import Solver
 from boltjoint.harmonics import in_words
 from boltjoint.names import REFERENCE, JointName
-from boltjoint.report.answer import SENTENCE_END, calibration_answer, calibration_section, summary
+from boltjoint.report.answer_values import (
+    SENTENCE_END,
+    calibration_answer,
+    calibration_section,
+    summary,
+)
 from boltjoint.report.comparison import Comparison
 from boltjoint.report.pages.case.basis import (
     CaseBasis,
@@ -38,7 +43,7 @@ from boltjoint.report.pages.peaks import error_bars, table_of_peaks
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Artefact
 from boltjoint.study.response_list import by_trust
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _TEXT = prose("case")
 _STAGES = {

@@ -14,7 +14,7 @@ from boltjoint.names import REFERENCE, Basis, Coordinates, JointName
 from boltjoint.report.figures.curves import ResponseCurve, peaks_on_backbone, response_curves
 from boltjoint.report.pages.document import compressed_json, compressed_plotly, pack, prose
 from boltjoint.study.response_list import by_trust
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _MM = 1e3
 

@@ -19,7 +19,7 @@ from boltjoint.number_format import number
 from boltjoint.report.figures.outlines import ContactSurface, outer_faces, positions_of
 from boltjoint.report.pages.document import pack
 from boltjoint.study.response_list import headline_basis
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 Array = NDArray[np.float64]
 

@@ -25,8 +25,8 @@ from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.structure.model_limits import LIMITS
 from boltjoint.study import layout
-from boltjoint.study.results import Results
 from boltjoint.study.solved_designs import error_of_sweep, peak_variable
+from boltjoint.study.stage_inputs import Results
 from boltjoint.study.tables.html import html_table
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import drawn_designs, response_quantiles, values_of_keys

@@ -10,7 +10,7 @@ from boltjoint.study.display import data_of, figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from boltjoint.study.results import Results
+    from boltjoint.study.stage_inputs import Results
 
 
 def _half_laps(contents: Contents) -> dict[str, LapJoint]:

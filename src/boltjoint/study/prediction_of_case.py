@@ -8,7 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
-from boltjoint.calibration.importance import LARGEST_PARETO_K
+from boltjoint.calibration.posterior_draws import LARGEST_PARETO_K
 from boltjoint.calibration.prediction import PredictedCurve, Shift, predict_curves
 from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.config.measured import Measured
@@ -20,7 +20,7 @@ from boltjoint.study.calibrated_joint import (
     fitted_parameters,
     measured_backbones,
 )
-from boltjoint.study.calibration import names_of_curves, of_points
+from boltjoint.study.calibration_of_case import names_of_curves, of_points
 
 Array = NDArray[np.float64]
 
@@ -45,7 +45,7 @@ def predict(
     Parameters
     ----------
     joint, case, measured
-        As of ``study.calibration.calibrate``.
+        As of ``study.calibration_of_case.calibrate``.
     texts
         The text of each file of ``measured.predicted``.
     calibration

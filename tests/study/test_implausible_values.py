@@ -7,7 +7,7 @@ import pytest
 from boltjoint.config.case import Case
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
-from boltjoint.study.plausible import implausible
+from boltjoint.study.implausible_values import implausible
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path.name for path in (ROOT / "config").glob("*.yaml"))

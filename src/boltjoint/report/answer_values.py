@@ -38,7 +38,7 @@ from boltjoint.report.pages.peaks import (
 )
 from boltjoint.study import layout
 from boltjoint.study.response_list import headline_basis
-from boltjoint.study.results import Results
+from boltjoint.study.stage_inputs import Results
 
 _TEXT, _TEXT_OF_CASE = prose("answer"), prose("case")
 

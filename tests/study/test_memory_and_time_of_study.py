@@ -7,7 +7,7 @@ from small_study import ASSEMBLY, CASE, ROOT, SALTELLI, SETTINGS, mesh_of, write
 from boltjoint.config.described import mesh_size
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
-from boltjoint.study import memory_and_time
+from boltjoint.study import memory_and_time_of_study as needs
 
 GIB = 2**30
 
@@ -52,25 +52,23 @@ def test_a_mesh_is_counted_as_it_is_built(divisions):
 )
 def test_memory_is_what_was_measured(case, measured):
     settings = yaml.safe_load((ROOT / "config/config.yaml").read_text()) | {"cases": [case]}
-    found = memory_and_time.estimate(load_study(ROOT, settings))
+    found = needs.estimate(load_study(ROOT, settings))
     # the formulas are that near to all measurements of the finite elements
     assert found.memory / GIB == pytest.approx(measured, rel=0.15)
 
 
 def test_a_small_study_needs_little(study):
-    found = memory_and_time.estimate(study())
+    found = needs.estimate(study())
     # the machine that it was measured on took 163 s
     assert 50 < found.seconds < 500
     assert found.responses == 18  # nine of two forces
     # 97 harmonics of its eight vectors take 25 MB, and 99 of its peaks
     convergence = SETTINGS["convergence"] | {"time_integration_N": []}
-    without = memory_and_time.estimate(study(convergence=convergence))
+    without = needs.estimate(study(convergence=convergence))
     assert without.memory < 0.52 * GIB
-    assert memory_and_time.shortage(without, 0.52 * GIB) is None
+    assert needs.shortage(without, 0.52 * GIB) is None
     assert found.memory < without.memory + 30e6
-    assert memory_and_time.summary(found, 8 * GIB, 2).startswith(
-        "Estimate: 18 frequency responses in "
-    )
+    assert needs.summary(found, 8 * GIB, 2).startswith("Estimate: 18 frequency responses in ")
 
 
 @pytest.mark.parametrize(
@@ -85,8 +83,8 @@ def test_a_small_study_needs_little(study):
     ],
 )
 def test_a_mesh_that_no_machine_holds_is_refused_by_its_key(study, divisions):
-    found = memory_and_time.estimate(study(changed(ASSEMBLY, **divisions)))
-    line = memory_and_time.shortage(found, 1000 * GIB)
+    found = needs.estimate(study(changed(ASSEMBLY, **divisions)))
+    line = needs.shortage(found, 1000 * GIB)
     assert line.startswith("config/assemblies/two_bolt.yaml: mesh: needs some ")
     assert line.endswith(" and this machine has 1e+03 GiB: must be smaller")
     assert "\n" not in line
@@ -100,7 +98,7 @@ def test_layers_of_washers_are_refused_as_other_divisions(study):
         changed(with_washers, layers_in_washer=10**9),
         with_washers | {"bolts": ASSEMBLY["bolts"] | {"washer": thick}},
     ):
-        line = memory_and_time.shortage(memory_and_time.estimate(study(content)), 1000 * GIB)
+        line = needs.shortage(needs.estimate(study(content)), 1000 * GIB)
         assert line.startswith("config/assemblies/two_bolt.yaml: mesh: needs some ")
 
 
@@ -110,15 +108,15 @@ def test_yield_is_told_by_the_modulus_of_the_bolts(study):
     bars = ASSEMBLY | {"material": aluminium}
     own = bars | {"bolts": ASSEMBLY["bolts"] | {"material": steel}}
     case = CASE | {"preload_N": 13723}  # 0.39 % of aluminium, 0.13 % of steel in M8
-    (line,) = memory_and_time.overstrained(study(bars, case))
+    (line,) = needs.overstrained(study(bars, case))
     assert "strains the shanks by 0.39%" in line
     assert line.endswith("and has no steel bolts: bolts.material gives them")
-    assert not memory_and_time.overstrained(study(own, case))
-    (line,) = memory_and_time.overstrained(study(own, case | {"preload_N": 3 * 13723}))
+    assert not needs.overstrained(study(own, case))
+    (line,) = needs.overstrained(study(own, case | {"preload_N": 3 * 13723}))
     assert "strains the shanks by 0.40%" in line
     assert line.endswith("the model stays elastic")
     stronger = ASSEMBLY["bolts"] | {"material": {**steel, "yield_strength_MPa": 940}}
-    assert not memory_and_time.overstrained(
+    assert not needs.overstrained(
         study(bars | {"bolts": stronger}, case | {"preload_N": 3 * 13723})
     )
 
@@ -126,37 +124,35 @@ def test_yield_is_told_by_the_modulus_of_the_bolts(study):
 def test_many_harmonics_are_refused_by_their_key(study):
     solver = {"friction_force": "aft", "harmonics": 10**4, "time_samples": 10**5}
     case = CASE | {"coordinates": ["linear"], "solve": CASE["solve"][:1]}
-    found = memory_and_time.estimate(study(case=case, solver=solver))
-    line = memory_and_time.shortage(found, 16 * GIB)
+    found = needs.estimate(study(case=case, solver=solver))
+    line = needs.shortage(found, 16 * GIB)
     assert line.startswith("config/config.yaml: solver.harmonics: needs some ")
     # so are many samples of few harmonics
     samples = {"friction_force": "aft", "time_samples": 10**8}
-    line = memory_and_time.shortage(
-        memory_and_time.estimate(study(case=case, solver=samples)), 16 * GIB
-    )
+    line = needs.shortage(needs.estimate(study(case=case, solver=samples)), 16 * GIB)
     assert line.startswith("config/config.yaml: solver.time_samples: needs some ")
     # sampled friction with as many harmonics as it had in closed form is as small
-    few = memory_and_time.estimate(study(case=case, solver={"friction_force": "aft"}))
+    few = needs.estimate(study(case=case, solver={"friction_force": "aft"}))
     assert few.memory < 0.5 * GIB
     assert found.seconds > 1e4 * few.seconds
 
 
 def test_what_fills_the_memory_is_refused_by_its_key(study, tmp_path):
-    found = memory_and_time.estimate(study(fitting={"initial_guesses": 10**9}))
-    line = memory_and_time.shortage(found, 16 * GIB)
+    found = needs.estimate(study(fitting={"initial_guesses": 10**9}))
+    line = needs.shortage(found, 16 * GIB)
     assert line.startswith("config/config.yaml: fitting.initial_guesses: needs some ")
     for key, observed in (("amplitudes", "backbone"), ("frequencies", "responses")):
         sweep = SALTELLI | {"observe": [observed], key: 10**9}
         write(tmp_path / "config/sweeps/shares.yaml", sweep)
-        found = memory_and_time.estimate(study(sweeps=["shares"]))
-        line = memory_and_time.shortage(found, 16 * GIB)
+        found = needs.estimate(study(sweeps=["shares"]))
+        line = needs.shortage(found, 16 * GIB)
         assert line.startswith(f"config/sweeps/shares.yaml: {key}: needs some ")
 
 
 def test_short_steps_take_as_many_solutions_as_there_may_be(study):
-    default = memory_and_time.estimate(study()).seconds
-    few = memory_and_time.estimate(study(solver={"largest_step": 1e-5})).seconds
-    many = memory_and_time.estimate(
+    default = needs.estimate(study()).seconds
+    few = needs.estimate(study(solver={"largest_step": 1e-5})).seconds
+    many = needs.estimate(
         study(solver={"largest_step": 1e-5, "smallest_step": 1e-9, "maximum_solutions": 10**6})
     )
     # up to 5000 solutions, and up to a million
@@ -165,17 +161,17 @@ def test_short_steps_take_as_many_solutions_as_there_may_be(study):
 
 def test_a_march_in_a_large_basis_is_refused_by_its_case(study):
     case = CASE | {"modes": ["free-100"], "coordinates": ["linear"], "solve": CASE["solve"][:1]}
-    line = memory_and_time.shortage(memory_and_time.estimate(study(case=case)), 8 * GIB)
+    line = needs.shortage(needs.estimate(study(case=case)), 8 * GIB)
     assert line.startswith("config/cases/small.yaml: ")
     assert "verification_forces_N" in line and "201 harmonics" in line
-    without = memory_and_time.estimate(study(case=case | {"verification_forces_N": []}))
-    assert memory_and_time.shortage(without, 8 * GIB) is None
+    without = needs.estimate(study(case=case | {"verification_forces_N": []}))
+    assert needs.shortage(without, 8 * GIB) is None
 
 
 def test_peaks_that_are_integrated_in_time_have_the_memory_that_was_measured():
     settings = yaml.safe_load((ROOT / "config/convergence.yaml").read_text())
     case = {"cases": ["three_bolt_variable"]}
-    resources = memory_and_time.Resources(load_study(ROOT, settings | case))
+    resources = needs.Resources(load_study(ROOT, settings | case))
     # 97 harmonics of 40 vectors: 2.8 GB
     needed = resources.of("steady_states", "three_bolt_variable")["mem_mb"]
     assert 2800 < needed < 2 * 2800
@@ -185,9 +181,9 @@ def test_peaks_that_are_integrated_in_time_have_the_memory_that_was_measured():
 
 
 def test_nothing_is_known_of_the_nodes_of_a_cluster(study):
-    found = memory_and_time.estimate(study())
-    assert memory_and_time.shortage(found, None) is None
-    line = memory_and_time.summary(found, None, None)
+    found = needs.estimate(study())
+    assert needs.shortage(found, None) is None
+    line = needs.summary(found, None, None)
     assert " of one core, starting from scratch" in line and line.endswith(")")
 
 
@@ -200,7 +196,7 @@ def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_pat
 
     declare("one", 1)
     declare("ten", 10)
-    resources = memory_and_time.Resources(study(sweeps=["one", "ten"]))
+    resources = needs.Resources(study(sweeps=["one", "ten"]))
     one, ten = (resources.of("designs", sweep) for sweep in ("one", "ten"))
     # beside ten minutes that all jobs have
     assert one["runtime"] - 10 == pytest.approx(10 * (ten["runtime"] - 10), abs=10)
@@ -213,16 +209,16 @@ def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_pat
 
 
 def test_the_machine_has_memory():
-    assert 0.1 * GIB < memory_and_time.machine_memory() < 1e6 * GIB
+    assert 0.1 * GIB < needs.machine_memory() < 1e6 * GIB
 
 
 def test_preloads_that_no_bolt_bears_are_told(study, tmp_path):
-    assert memory_and_time.overstrained(study()) == []
+    assert needs.overstrained(study()) == []
     # 190 GPa, 8 mm: 0.42 %
-    (line,) = memory_and_time.overstrained(study(case=CASE | {"preload_N": 40000}))
+    (line,) = needs.overstrained(study(case=CASE | {"preload_N": 40000}))
     assert line.startswith("config/cases/small.yaml: preload_N: a preload of 40000 N strains ")
     assert "by 0.42%" in line
     # an assembly that no case uses has a preload of its own
     write(tmp_path / "config/assemblies/spare.yaml", ASSEMBLY | {"preload_N": 50000})
-    (line,) = memory_and_time.overstrained(study(assemblies=["spare"]))
+    (line,) = needs.overstrained(study(assemblies=["spare"]))
     assert line.startswith("config/assemblies/spare.yaml: preload_N: a preload of 50000 N strains ")
