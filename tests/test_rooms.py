@@ -154,7 +154,7 @@ OF_THESIS = re.compile(
 #: what asks of it, and where it is known which case of a study has a counterpart
 DOORS_TO_THESIS = (
     "report/comparison.py",
-    *(f"study/{name}.py" for name in ("display", "response_list", "results")),
+    *(f"study/{name}.py" for name in ("display", "response_list", "stage_inputs")),
 )
 
 

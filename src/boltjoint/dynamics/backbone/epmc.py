@@ -1,8 +1,8 @@
 """Nonlinear modes by the extended periodic motion concept (EPMC), with any number of harmonics.
 
 An artificial negative damping that balances friction and structural damping keeps the joint in a
-periodic motion without excitation. Where a law has a compiled kernel, ``compiled_epmc`` has the same
-equations.
+periodic motion without excitation. Where a law has a compiled kernel, ``compiled_epmc`` has these
+equations too.
 
 References
 ----------
