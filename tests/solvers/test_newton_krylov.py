@@ -41,6 +41,24 @@ def test_a_singular_jacobian_gives_no_correction(value):
     assert not solver.solve(np.zeros(SIZE), 1.0).converged
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_correction_beyond_all_numbers_ends_without_a_warning():
+    class Steep(Combustion):
+        """exp(x) + 1 has no root: from above corrections lead to ever larger residuals."""
+
+        evaluations = 0
+
+        def evaluate(self, x, p):
+            self.evaluations += 1
+            slope = -1e-4 * np.eye(SIZE)
+            return np.exp(x) + 1, Derivative(lambda: slope.copy(), lambda dx: slope @ dx)
+
+    equations = Steep()
+    assert not NewtonKrylov(equations, CONTROL).solve(np.zeros(SIZE), 1.0).converged
+    # the first guess, and one correction at four lengths
+    assert equations.evaluations == 5
+
+
 @pytest.mark.parametrize("smallest", [1e-2, 1e-12])
 def test_a_matrix_that_single_precision_does_not_hold_is_solved_as_well(smallest):
     # as near a sharp resonance, where terms cancel

@@ -83,13 +83,15 @@ def corrected(
 ) -> tuple[Vector, Vector, LazyJacobian]:
     """Unknown less its correction, halved until the residual falls below a size; with residual.
 
-    A correction that does not help at any length may still lead out of a corner of the law.
+    A correction that does not help at any length may still lead out of a corner of the law. Where
+    one leads too far for numbers, its residual is not finite.
     """
-    for damping in (1.0, 0.5, 0.25, 0.125):
-        trial = x - damping * correction
-        residual, derivative = equations.evaluate(trial, p)
-        if np.linalg.norm(residual) < size:
-            break
+    with np.errstate(over="ignore", invalid="ignore"):
+        for damping in (1.0, 0.5, 0.25, 0.125):
+            trial = x - damping * correction
+            residual, derivative = equations.evaluate(trial, p)
+            if np.linalg.norm(residual) < size:
+                break
     return trial, residual, derivative
 
 
@@ -159,13 +161,16 @@ class NewtonKrylov:
         Returns
         -------
         Solution
-            ``converged`` is false where ``maximum_iterations`` did not suffice.
+            ``converged`` is false where ``maximum_iterations`` did not suffice, or residuals became
+            larger than numbers.
         """
         residual, derivative = self._equations.evaluate(x, p)
         for iteration in range(self._control.maximum_iterations):
             size = float(np.linalg.norm(residual))
             if size <= self._limit:
                 return Solution(x, p, iteration, converged=True)
+            if not np.isfinite(size):
+                return Solution(x, p, iteration, converged=False)
             correction = self._solve(x, cast(Derivative, derivative), residual, _CORRECTION)
             if correction is None:
                 return Solution(x, p, iteration, converged=False)
