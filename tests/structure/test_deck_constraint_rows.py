@@ -1,5 +1,7 @@
 """Constraints of decks: ties, couplings, equations, sections of bolts, and what they leave."""
 
+import re
+
 import numpy as np
 import pytest
 from decks import NOT_KEPT, TWO_CUBES, public
@@ -8,7 +10,7 @@ from scipy.linalg import null_space
 
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import constraint_rows
+from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows
 from boltjoint.structure.makers.deck.assembled import constrain, matrices
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
@@ -283,6 +285,56 @@ def test_a_section_of_a_beam_tightens_two_couplings(constrained):
     assert stretch == pytest.approx(1, rel=1e-9)
     # the cubes are pulled together
     assert pulled[0] < 0 < pulled[1]
+
+
+#: two reference nodes joined by a bolt of the length 2, along z
+BEAM = (
+    TWO_CUBES + "*NODE\n100, .5, .5, 3.\n101, .5, .5, 1.\n102, 0., 0., 0.\n"
+    "*COUPLING, REF NODE=100, SURFACE=BOTTOM OF UPPER\n*KINEMATIC\n"
+    "*COUPLING, REF NODE=101, SURFACE=TOP OF LOWER\n*KINEMATIC\n"
+    "*ELEMENT, TYPE=B31, ELSET=BOLT\n50, 101, 100\n*BEAM SECTION, ELSET=BOLT, MATERIAL=STEEL, "
+    "SECTION={section}\n*PRE-TENSION SECTION, ELEMENT=50, NODE=102\n0., 0., 1.\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("section", "axis", "area", "moments", "shear_factor"),
+    [
+        ("CIRC\n.2", (1, 0), 0.04 * np.pi, 2 * [np.pi / 4 * 0.2**4], 0.89),
+        ("PIPE\n.2, .1\n0., 1., 0.", (0, 1), 0.03 * np.pi, 2 * [np.pi / 4 * 15e-4], 0.53),
+        # widths .4 along the axis that is given and .2 across it
+        ("RECT\n.4, .2\n1., 0., 0.", (1, 0), 0.08, [0.2 * 0.4**3 / 12, 0.4 * 0.2**3 / 12], 0.85),
+        ("RECT\n.4, .2\n3., 4., 1.", (0.6, 0.8), 0.08, [32e-4 / 3, 8e-4 / 3], 0.85),
+    ],
+)
+def test_a_beam_bends_and_shears_as_its_section_lies(
+    constrained, section, axis, area, moments, shear_factor
+):
+    held = constrained(BEAM.format(section=section))
+    E, ratio = held.mesh.deck.materials["STEEL"].elasticity
+    K = beams_springs_masses.stiffness(held.beams, held.unknowns, held.mesh, 1.0)
+    end = held.mesh.deck.node_of(held.mesh.deck.couplings[0].reference)
+    moved = np.concatenate([*held.unknowns.translations([end]), held.unknowns.rotations(end)])
+    # of the far end, as the other and the shortening are held
+    compliance = np.linalg.inv(K[moved][:, moved].toarray())[:2, :2]
+    along = np.array([axis, (-axis[1], axis[0])])
+    length, G = 2.0, E / (2 * (1 + ratio))
+    bending = length**3 / (3 * E * np.array(moments))
+    expected = bending + length / (shear_factor * G * area)
+    assert np.allclose(along @ compliance @ along.T, np.diag(expected), rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("section", "line"),
+    [
+        ("RECT\n.4, .2", "*BEAM SECTION: its first axis (0.0, 0.0, -1.0) is along the beam"),
+        ("RECT\n.4, .2\n0., 0., 0.", "the first axis of the section has no direction"),
+    ],
+)
+def test_a_section_whose_place_is_not_known_is_refused(constrained, section, line):
+    with pytest.raises(ValueError, match=re.escape(line)) as refused:
+        constrained(BEAM.format(section=section))
+    assert str(refused.value).startswith("joint.inp, line ")
 
 
 @pytest.mark.parametrize("first", ["\n", "1, 1\n"])

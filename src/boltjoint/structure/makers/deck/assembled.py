@@ -88,6 +88,9 @@ def constrain(
             mesh, section_cut = cut(mesh, section)
             cuts.append(section_cut)
     bolt_beams = beams_springs_masses.bolt_beams(deck)
+    for bolt in bolt_beams:
+        # refused before anything is solved
+        bolt.axes(mesh.coordinate)
     unknowns = _unknowns(
         deck, mesh, [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
     )

@@ -14,6 +14,9 @@ from boltjoint.structure.makers.deck.unknowns import AXES, Unknowns
 
 Array = NDArray[np.float64]
 
+#: sine of an angle below which two directions are the same, and difference of equal sections
+_ACROSS = 1e-6
+
 
 @dataclass(frozen=True, eq=False)
 class BoltBeam:
@@ -25,6 +28,43 @@ class BoltBeam:
     nodes: Indices
     section: PretensionSection
     beam: Beam
+
+    @property
+    def shear_factor(self) -> float:
+        """Area that takes shear over the whole, as of Abaqus."""
+        return {"CIRC": 0.89, "RECT": 0.85, "PIPE": 0.53}[self.beam.kind]
+
+    def axes(self, coordinate: Array) -> Array:
+        """Unit vectors along the beam and across it, as the widths of its section: shape (3, 3).
+
+        Parameters
+        ----------
+        coordinate
+            Of the nodes of its deck, shape (nodes, 3).
+
+        Raises
+        ------
+        ValueError
+            If it has no length, or the first axis of a section that is not the same in all
+            directions is along it.
+        """
+        along = np.subtract(*coordinate[self.nodes[::-1]])
+        if not along.any():
+            raise ValueError(f"{self.section.place}: the beam of the bolt has no length")
+        along = along / np.linalg.norm(along)
+        first = np.array(self.beam.first_axis) / np.linalg.norm(self.beam.first_axis)
+        across = first - (first @ along) * along
+        if np.linalg.norm(across) < _ACROSS:
+            _, second, third, _ = self.sizes
+            if abs(second - third) > _ACROSS * second:
+                raise ValueError(
+                    f"{self.beam.place}: *BEAM SECTION: its first axis {self.beam.first_axis} is "
+                    "along the beam: it must be across it, where the two widths differ"
+                )
+            across = np.eye(3)[np.argmin(abs(along))]
+            across = across - (across @ along) * along
+        across /= np.linalg.norm(across)
+        return np.stack([along, across, np.cross(along, across)])
 
     @property
     def sizes(self) -> tuple[float, float, float, float]:
@@ -117,11 +157,8 @@ def stiffness(
         shear = E / (2 * (1 + ratio))
         scale = mesh.metre ** np.array([2, 4, 4, 4])
         area, second, third, torsion = scale * np.array(bolt.sizes)
-        along = np.subtract(*mesh.coordinate[bolt.nodes[::-1]])
-        length = float(np.linalg.norm(along))
-        if not length > 0:
-            raise ValueError(f"{bolt.section.place}: the beam of the bolt has no length")
-        axes = _axes(along / length)
+        axes = bolt.axes(mesh.coordinate)
+        length = float(np.linalg.norm(np.subtract(*mesh.coordinate[bolt.nodes])))
         columns = unknowns.translations(bolt.nodes)
         shortening = np.array([unknowns.shortening(first + number)])
         # elongation with the shortening of the shank
@@ -132,33 +169,36 @@ def stiffness(
         turned = [end for end in ends if end is not None]
         if len(turned) < len(ends):
             continue
-        block = _bending(E, shear, (second, third, torsion), length, axes)
+        effective = bolt.shear_factor * shear * area
+        block = _bending(E, (second, third, shear * torsion), effective, length, axes)
         of_ends = [part for end in range(2) for part in (columns[end], turned[end])]
         total = total + _added(block, np.concatenate(of_ends), unknowns.size)
     return total
 
 
-def _axes(along: Array) -> Array:
-    """Direction of a beam, and two across it."""
-    second = np.eye(3)[np.argmin(abs(along))]
-    second = second - (second @ along) * along
-    second /= np.linalg.norm(second)
-    return np.stack([along, second, np.cross(along, second)])
-
-
 def _bending(
-    E: float, shear: float, moments: tuple[float, float, float], length: float, axes: Array
+    E: float, moments: tuple[float, float, float], shear: float, length: float, axes: Array
 ) -> Array:
-    """Bending and torsion of an Euler-Bernoulli beam, unknowns u and rotation of both ends."""
+    """Bending and torsion of a beam that shears, unknowns u and rotation of both ends.
+
+    ``moments``: both second moments, and the stiffness in torsion; ``shear``: stiffness in shear.
+
+    References
+    ----------
+    J. S. Przemieniecki: Theory of Matrix Structural Analysis. McGraw-Hill, 1968, section 5.6.
+    """
     second, third, torsion = moments
     K = np.zeros((12, 12))
     for moment, shift, turn, sign in ((third, 1, 5, 1.0), (second, 2, 4, -1.0)):
         place = np.array([shift, turn, 6 + shift, 6 + turn])
+        # deflection by shear over that by bending, of ends that do not turn
+        share = 12 * E * moment / (shear * length**2)
         a, b = 12 / length**3, sign * 6 / length**2
-        c, d = 4 / length, 2 / length
-        own = E * moment * np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
+        c, d = (4 + share) / length, (2 - share) / length
+        own = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]])
+        own *= E * moment / (1 + share)
         K[np.ix_(place, place)] += own
-    K[np.ix_([3, 9], [3, 9])] += shear * torsion / length * np.array([[1, -1], [-1, 1]])
+    K[np.ix_([3, 9], [3, 9])] += torsion / length * np.array([[1, -1], [-1, 1]])
     turned = np.kron(np.eye(4), axes)
     return np.asarray(turned.T @ K @ turned, float)
 

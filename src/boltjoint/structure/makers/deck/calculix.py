@@ -311,8 +311,7 @@ class _Writer:
             # a circle has two radii for CalculiX
             sizes = 2 * bolt.beam.sizes if len(bolt.beam.sizes) == 1 else bolt.beam.sizes
             yield fields(*(metre * size for size in sizes))
-            along = np.subtract(*self._mesh.coordinate[bolt.nodes])
-            yield fields(*np.eye(_DIRECTIONS)[np.argmin(abs(along))])
+            yield fields(*bolt.axes(self._mesh.coordinate)[1])
 
     def _sections(self) -> Iterator[str]:
         """Sections of bolts that are cut, and the numbers of their nodes."""

@@ -79,12 +79,17 @@ class Section(NamedTuple):
 
 
 class Beam(NamedTuple):
-    """Material and cross-section of a set of beams: radius, or two widths."""
+    """Material and cross-section of a set of beams: radius, or two widths.
+
+    ``first_axis`` is the direction of the first width, as given: it need not be across the beam.
+    """
 
     elements: Reference
     material: str
     kind: str
     sizes: tuple[float, ...]
+    first_axis: tuple[float, ...]
+    place: str
 
 
 class Tie(NamedTuple):

@@ -97,8 +97,11 @@ def beam_section(reading: Reading, block: Block) -> None:
     lengths = tuple(lines.reals(block, 0, sizes[kind]))
     if not min(lengths) > 0:
         raise block.refused(f"sizes {lengths} must be greater than 0", 0)
+    first_axis = tuple(lines.reals(block, 1, 3)) if len(block.rows) > 1 else (0.0, 0.0, -1.0)
+    if not any(first_axis):
+        raise block.refused("the first axis of the section has no direction", 1)
     elements, made_of = _named(reading, block, "ELSET"), block.option("MATERIAL")
-    reading.deck.beams.append(Beam(elements, made_of, kind, lengths))
+    reading.deck.beams.append(Beam(elements, made_of, kind, lengths, first_axis, block.place))
 
 
 def tie(reading: Reading, block: Block) -> None:
