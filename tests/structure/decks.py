@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-#: decks of others, which may not be there
-PUBLIC = next(
+#: decks of others that are kept here, and others that may lie beside the checkout
+KEPT = Path(__file__).with_name("public_decks")
+BESIDE = next(
     (each / "shared/decks" for each in Path(__file__).parents if (each / "shared/decks").is_dir()),
     None,
 )
@@ -51,6 +52,7 @@ LOWER, S2
 
 def public(name):
     """File of a public deck, as seen from their folder; the test is left out where it is not."""
-    if PUBLIC is None or not (PUBLIC / name).is_file():
+    folder = next((each for each in (KEPT, BESIDE) if each and (each / name).is_file()), None)
+    if folder is None:
         pytest.skip(f"{name} is not beside this checkout")
-    return PUBLIC, name
+    return folder, name
