@@ -5,7 +5,6 @@ import xarray as xr
 
 from boltjoint.structure.elements.kinds import KINDS
 
-_FACES = KINDS["C3D8"].faces
 #: of instances, in degrees about an axis along z through a point
 _TURNS = (0.0, 90.0, -35.0, 180.0)
 
@@ -24,7 +23,65 @@ def deck_of(assembly, preload):
     return "".join(_Writer(assembly).lines(float(preload)))
 
 
+def deck_of_finer(assembly, preload, *, halvings=0, tetrahedra=False):
+    """The same of finer elements in the same shape, which is that of its bricks.
+
+    Parameters
+    ----------
+    assembly, preload
+        As of ``deck_of``.
+    halvings
+        How often bricks are cut into eight.
+    tetrahedra
+        Whether six 10-node tetrahedra then take the place of each.
+    """
+    writer = _Writer(assembly)
+    for _ in range(halvings):
+        writer.halve()
+    if tetrahedra:
+        writer.divide_into_tetrahedra()
+    return "".join(writer.lines(float(preload)))
+
+
+def tetrahedra_of(hexahedra):
+    """Six tetrahedra of each brick, shape (6 bricks, 4), that share faces with their neighbours.
+
+    Faces are cut from the smallest of their nodes, bricks into tetrahedra with theirs as apex.
+
+    References
+    ----------
+    J. Dompierre, P. Labbe, M.-G. Vallet, R. Camarero: How to subdivide pyramids, prisms, and
+    hexahedra into tetrahedra. 8th International Meshing Roundtable, 1999.
+    """
+    found = []
+    for brick in hexahedra:
+        apex = brick.min()
+        for corners in KINDS["C3D8"].corners_of_faces:
+            face = brick[list(corners)]
+            if apex in face:
+                continue
+            a, b, c, d = np.roll(face, -face.argmin())
+            # faces are seen from outside, the apex lies inside
+            found += [(a, c, b, apex), (a, d, c, apex)]
+    return np.array(found)
+
+
+_BRICK = KINDS["C3D20"]
+#: of a brick, whose middles are new nodes where it is cut: edges, faces, itself
+_PARENTS = _BRICK.functions.edges, _BRICK.corners_of_faces, (tuple(range(8)),)
+
+
+def _eighths():
+    """Nodes of the eight bricks in one, by their number among its corners and new nodes."""
+    corner = _BRICK.functions.corner
+    place = [corner, *(corner[np.array(each)].mean(axis=1) for each in _PARENTS)]
+    number = {tuple(x): i for i, x in enumerate(np.vstack(place).tolist())}
+    return np.array([[number[tuple(x)] for x in (c + corner) / 2] for c in corner])
+
+
 class _Writer:
+    kind = KINDS["C3D8R"]
+
     def __init__(self, assembly):
         self.assembly = assembly
         self.place = 1e3 * assembly["coordinate"].to_numpy()
@@ -35,10 +92,48 @@ class _Writer:
         same = np.arange(len(self.place))
         same[self.section[:, 1]] = self.section[:, 0]
         self.node = same[hexahedra]
+        self.added = []
+        self._number()
+
+    def halve(self):
+        """Cut every brick into eight."""
+        middles = [self._middles(self.node[:, np.array(parents)]) for parents in _PARENTS]
+        self.node = np.hstack([self.node, *middles])[:, _eighths()].reshape(-1, 8)
+        self._number(8)
+
+    def divide_into_tetrahedra(self):
+        """Put six 10-node tetrahedra in the place of every brick."""
+        self.kind = KINDS["C3D10"]
+        corner = tetrahedra_of(self.node)
+        self.node = np.hstack(
+            [corner, self._middles(corner[:, np.array(self.kind.functions.edges)])]
+        )
+        self._number(6)
+
+    def _middles(self, parents):
+        """New nodes in the middle of others, shape (elements, places, nodes): one for the same."""
+        unique, number = np.unique(
+            np.sort(parents, axis=-1).reshape(-1, parents.shape[-1]), axis=0, return_inverse=True
+        )
+        first = len(self.place)
+        self.place = np.vstack([self.place, self.place[unique].mean(axis=1)])
+        self.added.append((first, unique))
+        return first + number.reshape(parents.shape[:2])
+
+    def _number(self, pieces=1):
+        """Elements and nodes of every part, each of whose elements became some pieces."""
+        self.part = np.repeat(self.part, pieces)
         self.numbers = {
             part: np.unique(self.node[self.part == part]) for part in np.unique(self.part)
         }
         self.element = {part: np.flatnonzero(self.part == part) for part in self.numbers}
+
+    def _with_middles(self, node):
+        """Nodes, with those that were added in the middle of some of them."""
+        for first, parents in self.added:
+            inside = np.flatnonzero(np.isin(parents, node).all(axis=1))
+            node = np.concatenate([node, first + inside])
+        return node
 
     def lines(self, preload):
         yield "*Heading\n** PARTS\n"
@@ -46,7 +141,7 @@ class _Writer:
             yield f"*Part, name=part-{part}\n*Node\n"
             for label, place in enumerate(self._local(part, self.place[node]), 1):
                 yield f"{label}, {', '.join(map(repr, place.tolist()))}\n"
-            yield "*Element, type=C3D8R\n"
+            yield f"*Element, type={self.kind.name}\n"
             for label, element in enumerate(self.element[part], 1):
                 corners = np.searchsorted(node, self.node[element]) + 1
                 yield f"{label}, {', '.join(map(str, corners))}\n"
@@ -98,7 +193,7 @@ class _Writer:
         within = np.isin(self.node[self.element[part]], node)
         return {
             number: np.flatnonzero(within[:, face].all(axis=1)) + 1
-            for number, face in enumerate(_FACES, 1)
+            for number, face in enumerate(self.kind.faces, 1)
             if within[:, face].all(axis=1).any()
         }
 
@@ -113,9 +208,11 @@ class _Writer:
             yield f"_{name}_S{number}, S{number}\n"
 
     def _surfaces_of_pairs(self):
+        pair_node = self.assembly["pair_node"].to_numpy()
         for side, (name, part) in enumerate((("lap_a", 0), ("lap_b", 1))):
-            yield from self._surface(name, part, self.assembly["pair_node"].to_numpy()[:, side])
-        held = np.searchsorted(self.numbers[0], self.assembly["clamped_node"].to_numpy()) + 1
+            yield from self._surface(name, part, self._with_middles(pair_node[:, side]))
+        clamped = self._with_middles(self.assembly["clamped_node"].to_numpy())
+        held = np.searchsorted(self.numbers[0], clamped) + 1
         yield "*Nset, nset=held, instance=part-0-1\n"
         yield "".join(f"{each},\n" for each in held)
 
@@ -134,7 +231,7 @@ class _Writer:
     def _sections(self):
         of_bolt = self.assembly["section_bolt"].to_numpy()
         for bolt in range(self.assembly.sizes["bolt"]):
-            node = self.section[of_bolt == bolt, 0]
+            node = self._with_middles(self.section[of_bolt == bolt, 0])
             part = next(p for p in self.numbers if p > 1 and np.isin(node, self.numbers[p]).all())
             # faces of the elements below, whose outward normal is along z
             pieces = self._faces(part, node)
