@@ -7,10 +7,11 @@ import pytest
 from decks import NOT_KEPT, TWO_CUBES, public
 from scipy import sparse
 from scipy.linalg import null_space
+from scipy.sparse.linalg import eigsh
 
 from boltjoint.structure.elements.kinds import FACE_FUNCTIONS
 from boltjoint.structure.elements.matrices import ElementOptions
-from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows
+from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows, distributing
 from boltjoint.structure.makers.deck.assembled import constrain, matrices
 from boltjoint.structure.makers.deck.content import Reference
 from boltjoint.structure.makers.deck.lines import Place
@@ -335,6 +336,68 @@ def test_a_section_whose_place_is_not_known_is_refused(constrained, section, lin
     with pytest.raises(ValueError, match=re.escape(line)) as refused:
         constrained(BEAM.format(section=section))
     assert str(refused.value).startswith("joint.inp, line ")
+
+
+def block_whose_mean_is_held(count, layers=2):
+    """A block of some bricks along its edges, of whose top a node that is held has the mean."""
+    row, level = count + 1, (count + 1) ** 2
+    first = [
+        i + row * j + level * k for k in range(layers) for j in range(count) for i in range(count)
+    ]
+    corners = np.add.outer(first, [0, 1, row + 1, row]) + 1
+    place = np.argwhere(np.ones((layers + 1, row, row)))[:, ::-1] / count
+    lines = [f"{label}, {x}, {y}, {z}" for label, (x, y, z) in enumerate(place.tolist(), 1)]
+    bricks = np.hstack([corners, corners + level]).tolist()
+    elements = [", ".join(map(str, (n, *each))) for n, each in enumerate(bricks, 1)]
+    return "\n".join(
+        [
+            "*NODE",
+            *lines,
+            "90000, .5, .4, .2",
+            "*ELEMENT, TYPE=C3D8, ELSET=BLOCK",
+            *elements,
+            "*ELSET, ELSET=UPPER, GENERATE",
+            f"{count**2 * (layers - 1) + 1}, {count**2 * layers}, 1",
+            "*SURFACE, NAME=TOP",
+            "UPPER, S2",
+            "*MATERIAL, NAME=M",
+            "*ELASTIC",
+            "200., .3",
+            "*DENSITY",
+            "1.",
+            "*SOLID SECTION, ELSET=BLOCK, MATERIAL=M",
+            "*COUPLING, REF NODE=90000, SURFACE=TOP",
+            "*DISTRIBUTING",
+            "*BOUNDARY",
+            "90000, 1, 6",
+        ]
+    )
+
+
+def test_a_held_mean_of_many_nodes_fills_no_stiffness(constrained, monkeypatch):
+    text = block_whose_mean_is_held(22)
+    in_groups = constrained(text)
+    monkeypatch.setattr(distributing, "MANY", 10**6)
+    at_once = constrained(text)
+    assert in_groups.unknowns.sums.shape[0] and not at_once.unknowns.sums.shape[0]
+    matrices_of = []
+    for held in (in_groups, at_once):
+        T = held.elimination.transformation
+        assert zero_modes(held) == 0
+        matrices_of.append([(T.T @ each @ T).tocsc() for each in matrices(held, ElementOptions())])
+    # entries of the stiffness, and how many unknowns a node follows from
+    assert matrices_of[0][0].nnz < 0.6 * matrices_of[1][0].nnz
+    most = [
+        np.diff(each.elimination.transformation.tocsr().indptr).max()
+        for each in (in_groups, at_once)
+    ]
+    assert most[0] < 0.25 * most[1]
+    # rigid-body motions are those of sums too
+    monkeypatch.undo()
+    free = constrained(text.replace("*BOUNDARY\n90000, 1, 6", ""))
+    assert free.unknowns.sums.shape[0] and zero_modes(free) == 6
+    values = [eigsh(K, 6, M, sigma=0, return_eigenvectors=False) for K, M in matrices_of]
+    assert np.allclose(*values, rtol=1e-9)
 
 
 @pytest.mark.parametrize("first", ["\n", "1, 1\n"])

@@ -10,11 +10,16 @@ from scipy import sparse
 from boltjoint.structure.elements.assembly import assemble
 from boltjoint.structure.elements.matrices import ElementOptions
 from boltjoint.structure.makers.deck import beams_springs_masses, constraint_rows
-from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Coupling, Deck, Tie
+from boltjoint.structure.makers.deck.content import Boundary, ContactPair, Deck, Tie
+from boltjoint.structure.makers.deck.distributing import (
+    DistributingCoupling,
+    coupled_nodes,
+    distributing_couplings,
+)
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.pretension import Cut, cut
-from boltjoint.structure.makers.deck.unknowns import Elimination, Rows, Unknowns, eliminate
+from boltjoint.structure.makers.deck.unknowns import AXES, Elimination, Rows, Unknowns, eliminate
 
 Array = NDArray[np.float64]
 
@@ -91,11 +96,8 @@ def constrain(
     for bolt in bolt_beams:
         # refused before anything is solved
         bolt.axes(mesh.coordinate)
-    unknowns = _unknowns(
-        deck, mesh, [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
-    )
     taken: dict[int, str] = {}
-    rows, ties = [], []
+    of_ties, ties = [], []
     for tie, is_strict in [
         *((tie, True) for tie in deck.ties),
         *((_tie_of(pair), False) for pair in tied_pairs),
@@ -103,10 +105,20 @@ def constrain(
         mesh, of_tie, tied = constraint_rows.tie(
             mesh, tie, tolerance, taken, is_strict=is_strict, adjust=adjust
         )
-        rows.append(_wide(of_tie, unknowns.size))
+        of_ties.append(of_tie)
         ties.append(tied)
+    turning = _turning(deck)
+    couplings = distributing_couplings(deck, mesh, turning)
+    sections = [*(bolt.section for bolt in cuts), *(bolt.section for bolt in bolt_beams)]
+    displacements = AXES * mesh.node_count
+    sums = [coupling.sums(displacements) for coupling in couplings.values()]
+    sums = sparse.vstack([sparse.csr_array((0, displacements)), *sums], format="csr")
+    unknowns = Unknowns(
+        deck, mesh.node_count, turning, [deck.node_of(section.node) for section in sections], sums
+    )
+    rows = [_wide(of_tie, unknowns.size) for of_tie in of_ties]
     rows += constraint_rows.section_rows(cuts, unknowns)
-    rows += _couplings(deck, unknowns, mesh)
+    rows += _couplings(deck, unknowns, mesh, couplings)
     rows.append(constraint_rows.equation_rows(deck.equations, unknowns, mesh))
     held, supports = constraint_rows.support_rows(boundaries, unknowns, mesh)
     rows.append(supports)
@@ -136,45 +148,33 @@ def _wide(rows: Rows, size: int) -> Rows:
     return rows._replace(matrix=matrix)
 
 
-def _unknowns(deck: Deck, mesh: Mesh, sections: Sequence) -> Unknowns:
+def _turning(deck: Deck) -> Indices:
+    """Nodes that have a rotation."""
     turning: list[int] = []
     for coupling in deck.couplings:
         if coupling.of_surface:
             turning.append(deck.node_of(coupling.reference))
     turning += [deck.node_of(body.reference) for body in deck.rigid_bodies]
     turning += [int(node) for ends in beams_springs_masses.turning_beams(deck) for node in ends]
-    nodes = [deck.node_of(section.node) for section in sections]
-    return Unknowns(deck, mesh.node_count, np.unique(np.array(turning, np.int64)), nodes)
+    return np.unique(np.array(turning, np.int64))
 
 
-def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
-    rows = []
-    joined: dict[int, tuple[list[Indices], list[Array], str]] = {}
+def _couplings(
+    deck: Deck, unknowns: Unknowns, mesh: Mesh, distributing: dict[int, DistributingCoupling]
+) -> list[Rows]:
+    rows, first = [], unknowns.first_sum
     for number, coupling in enumerate(deck.couplings):
-        name = f"{coupling.place}: *COUPLING {coupling.name or number + 1}"
-        node, weight = constraint_rows.coupled_nodes(mesh, coupling)
-        if not coupling.of_surface:
-            # CalculiX: the node of the element DCOUP3D, lines of one block together
-            reference = node_of_element(deck, coupling)
-            nodes, weights, _ = joined.setdefault(reference, ([], [], name))
-            nodes.append(node)
-            weights.append(weight)
-            continue
-        reference = deck.node_of(coupling.reference)
         if coupling.kind == "kinematic":
+            name = f"{coupling.place}: *COUPLING {coupling.name or number + 1}"
+            reference = deck.node_of(coupling.reference)
+            node, _ = coupled_nodes(mesh, coupling)
             node = mesh.with_copies(mesh.origin[node])
             rows.append(
                 constraint_rows.kinematic_rows(name, reference, node, coupling.dofs, unknowns, mesh)
             )
-        else:
-            rows.append(
-                constraint_rows.distributing_rows(name, reference, node, weight, unknowns, mesh)
-            )
-    for reference, (nodes, weights, name) in joined.items():
-        node, weight = np.concatenate(nodes), np.concatenate(weights)
-        rows.append(
-            constraint_rows.distributing_rows(name, reference, node, weight, unknowns, mesh)
-        )
+        elif number in distributing:
+            rows.append(distributing[number].rows(unknowns, first))
+            first += sum(len(factors) for _, factors in distributing[number].groups)
     for body in deck.rigid_bodies:
         name = f"{body.place}: *RIGID BODY"
         if body.kind == "elements":
@@ -191,20 +191,6 @@ def _couplings(deck: Deck, unknowns: Unknowns, mesh: Mesh) -> list[Rows]:
             constraint_rows.kinematic_rows(name, reference, node, body.dofs, unknowns, mesh)
         )
     return rows
-
-
-def node_of_element(deck: Deck, coupling: Coupling) -> int:
-    """The node of the element DCOUP3D of a coupling; a ``ValueError`` without one."""
-    place = deck.elements_of(coupling.reference)
-    for elements in deck.elements:
-        if elements.kind == "DCOUP3D":
-            node = elements.node[np.isin(elements.place, place)]
-            if node.size:
-                return int(node[0, 0])
-    raise ValueError(
-        f"{coupling.place}: *DISTRIBUTING COUPLING: set {coupling.reference.text} has no element "
-        "DCOUP3D"
-    )
 
 
 def matrices(

@@ -29,9 +29,9 @@ from boltjoint.structure.calculix_comparison import (
 )
 from boltjoint.structure.calculix_program import fields, paragraphs, tables_after
 from boltjoint.structure.elements.assembly import ElementBlock
-from boltjoint.structure.makers.deck.assembled import node_of_element
 from boltjoint.structure.makers.deck.beams_springs_masses import bolt_beams
 from boltjoint.structure.makers.deck.content import Coupling, Reference
+from boltjoint.structure.makers.deck.distributing import node_of_element
 from boltjoint.structure.makers.deck.interfaces import faces_of_contact, tied_pairs
 from boltjoint.structure.makers.deck.labels import Indices
 from boltjoint.structure.makers.deck.mesh import Faces, Mesh

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 
-from boltjoint.structure.makers.deck.content import Boundary, Coupling, Equation, Tie
+from boltjoint.structure.makers.deck.content import Boundary, Equation, Tie
 from boltjoint.structure.makers.deck.labels import Indices
-from boltjoint.structure.makers.deck.mesh import Faces, Mesh
+from boltjoint.structure.makers.deck.mesh import Mesh
 from boltjoint.structure.makers.deck.pretension import Cut
 from boltjoint.structure.makers.deck.projection import motion, project
 from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
@@ -25,8 +25,6 @@ Array = NDArray[np.float64]
 TOLERANCE = 0.05
 #: and within which they are moved onto it; beyond, they keep their offset
 ADJUSTED = 0.1
-#: second moment of the nodes of a coupling over the largest, below which they lie on a line
-_ON_A_LINE = 1e-9
 #: motion by which constraints are violated over that of bodies, which is rounding of coordinates
 #: of six digits
 _ROUNDING = 1e-6
@@ -215,61 +213,6 @@ def kinematic_rows(
     return Rows(matrix, pivot, name)
 
 
-def distributing_rows(
-    name: str, reference: int, nodes: Indices, weight: Array, unknowns: Unknowns, mesh: Mesh
-) -> Rows:
-    """Rows by which a reference node moves with the mean of nodes.
-
-    Its rotation is ``T^-1 sum w r x u`` with the second moment T of the nodes about their middle;
-    where the reference node has no rotation, its displacement is the mean one wherever it lies.
-    """
-    weight = weight / weight.sum()
-    own = unknowns.translations(np.array(reference))
-    of_nodes = unknowns.translations(nodes)
-    mean = np.zeros((AXES, unknowns.size))
-    for axis in range(AXES):
-        mean[axis, of_nodes[:, axis]] = weight
-    turned = unknowns.rotations(reference)
-    if turned is None:
-        rows = -mean
-        rows[np.arange(AXES), own] += 1.0
-        return Rows(sparse.csr_array(rows), own, name)
-    place = mesh.coordinate[nodes]
-    middle = weight @ place
-    arm = place - middle
-    second = np.einsum("n,nk,nl->kl", weight, arm, arm)
-    moment = np.trace(second) * np.eye(AXES) - second
-    size = np.linalg.eigvalsh(moment)
-    if not size[0] > _ON_A_LINE * size[-1]:
-        raise ValueError(f"{name}: its nodes lie on a line: they have no mean rotation")
-    rotation = np.zeros((AXES, unknowns.size))
-    inverse = np.linalg.inv(moment)
-    for axis in range(AXES):
-        i, j = (axis + 1) % AXES, (axis + 2) % AXES
-        # r x u along this axis
-        np.add.at(rotation[axis], of_nodes[:, j], weight * arm[:, i])
-        np.add.at(rotation[axis], of_nodes[:, i], -weight * arm[:, j])
-    rotation = inverse @ rotation
-    to_reference = mesh.coordinate[reference] - middle
-    translation = mean + np.cross(rotation.T, to_reference).T
-    rows = np.concatenate([-translation, -rotation])
-    pivot = np.concatenate([own, turned])
-    rows[np.arange(len(pivot)), pivot] += 1.0
-    return Rows(sparse.csr_array(rows), pivot, name)
-
-
-def coupled_nodes(mesh: Mesh, coupling: Coupling) -> tuple[Indices, Array]:
-    """Nodes of a coupling with their weights: areas of a surface, or those given."""
-    if not coupling.of_surface:
-        node = mesh.deck.nodes_of(coupling.nodes)
-        return node, np.full(len(node), coupling.weights[0] if coupling.weights else 1.0)
-    if mesh.deck.surface(coupling.nodes).of_nodes:
-        node = mesh.nodes_of_surface(coupling.nodes)
-        return node, np.ones(len(node))
-    faces: Faces = mesh.faces(coupling.nodes)
-    return faces.nodal_areas(mesh.coordinate)
-
-
 def support_rows(
     boundaries: Sequence[Boundary], unknowns: Unknowns, mesh: Mesh
 ) -> tuple[NDArray[np.bool_], Rows]:
@@ -339,7 +282,11 @@ def motions_of_bodies(mesh: Mesh, unknowns: Unknowns, body: Indices) -> sparse.c
         entries += [np.ones(len(node)), arm[:, i], -arm[:, j], np.full(len(turned), 1 / size)]
     shape = (unknowns.size, _MOTIONS * (number.max() + 1))
     places = np.concatenate(rows), np.concatenate(columns)
-    return sparse.coo_array((np.concatenate(entries), places), shape=shape).tocsc()
+    motions = sparse.coo_array((np.concatenate(entries), places), shape=shape).tocsr()
+    sums = sparse.csr_array(unknowns.sums @ motions[: AXES * mesh.node_count])
+    above, below = unknowns.first_sum, shape[0] - unknowns.first_sum - sums.shape[0]
+    none = [sparse.csr_array((rows, shape[1])) for rows in (above, below)]
+    return sparse.csc_array(motions + sparse.vstack([none[0], sums, none[1]]))
 
 
 def allowed(

@@ -89,7 +89,7 @@ class Beam(NamedTuple):
     kind: str
     sizes: tuple[float, ...]
     first_axis: tuple[float, ...]
-    place: str
+    place: Place
 
 
 class Tie(NamedTuple):

@@ -35,8 +35,6 @@ _GPA = 1e-9
 _MODULI, _DENSITIES, _SIZES = (5e8, 1e12), (200.0, 25e3), (1e-3, 50.0)
 #: keywords and names of the deck that are told, at most
 _MOST = 8
-#: nodes of a coupling whose mean other constraints hold, beyond which it fills the stiffness
-_MEAN = 500
 
 
 def check_of(description: Description, folder: str | Path) -> tuple[dict[str, str], list[str]]:
@@ -70,7 +68,7 @@ def check_of(description: Description, folder: str | Path) -> tuple[dict[str, st
     facts["sets of nodes"] = _first(list(deck.node_sets.written.values()))
     facts["surfaces"] = _first([surface.name for surface in deck.surfaces.values()])
     facts["not used of the deck"] = _left_out(assembled)
-    doubts = [*_doubts(description, as_read), *_of_ties(assembled), *_of_couplings(assembled)]
+    doubts = [*_doubts(description, as_read), *_of_ties(assembled)]
     if general := deck.unused.get("CONTACT"):
         doubts.append(
             f"{general[0]}: *CONTACT, of all surfaces, is not read: those under contact meet, and "
@@ -233,19 +231,6 @@ def _of_ties(assembled: Assembled) -> list[str]:
         "the master and stay free"
         for tie in assembled.ties
         if tie.apart
-    ]
-
-
-def _of_couplings(assembled: Assembled) -> list[str]:
-    """Unknowns that follow from more of others than factors hold well."""
-    T = assembled.elimination.transformation.tocsr()
-    of_nodes = np.diff(T.indptr)[: 3 * assembled.mesh.node_count]
-    most = int(of_nodes.max(initial=0))
-    if most <= 3 * _MEAN:
-        return []
-    return [
-        f"a coupling of {most // 3} nodes is held by equations: each of its nodes depends on all "
-        "others, which costs memory"
     ]
 
 

@@ -5,7 +5,7 @@ another row or a support has, are reduced by those that have theirs and get the 
 pivoting finds: constraints may so depend on each other in chains. One sparse LU solves for all.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,7 +29,8 @@ class Unknowns:
     """Columns of all constraints, stiffness and mass.
 
     First the displacements along x, y, z of all nodes, copies at sections last; then the rotations
-    of nodes that have some; then the shortening of each section.
+    of nodes that have some; then sums over groups of nodes (``distributing``); then the shortening
+    of each section.
 
     Attributes
     ----------
@@ -41,17 +42,20 @@ class Unknowns:
         Nodes that have rotations.
     sections
         Nodes whose first displacement is the shortening of a section, in their order.
+    sums
+        Sums by displacements of nodes, shape (sums, 3 nodes).
     """
 
     deck: Deck
     nodes: int
     turning: Indices
-    sections: list[int] = field(default_factory=list)
+    sections: list[int]
+    sums: sparse.csr_array
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return AXES * (self.nodes + len(self.turning)) + len(self.sections)
+        return self.shortening(len(self.sections))
 
     def translations(self, node: Indices) -> Indices:
         """Unknowns of nodes along x, y, z, shape (nodes, 3)."""
@@ -64,9 +68,14 @@ class Unknowns:
             return None
         return AXES * (self.nodes + place) + np.arange(AXES)
 
+    @property
+    def first_sum(self) -> int:
+        """The unknown of the first sum."""
+        return AXES * (self.nodes + len(self.turning))
+
     def shortening(self, section: int) -> int:
         """The unknown of a section."""
-        return AXES * (self.nodes + len(self.turning)) + section
+        return self.first_sum + self.sums.shape[0] + section
 
     def terms(self, reference: Reference, node: int, dof: int) -> tuple[Indices, Array]:
         """Unknowns and factors of a displacement, 1 to 3, or rotation, 4 to 6, of a node.

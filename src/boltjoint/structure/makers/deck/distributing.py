@@ -1,0 +1,223 @@
+"""Distributing couplings: a reference node moves with the mean of many.
+
+Where equations or a bolt hold such a mean, one of its nodes follows from all others, and the
+stiffness would be full among them. Of many nodes it is therefore taken in two steps: sums over
+groups of neighbours are unknowns of their own, each of which takes the place of a node of its
+group, and the mean is one of sums. Nodes then follow from those of their group alone.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from math import ceil, sqrt
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import qr, svd
+
+from boltjoint.structure.makers.deck.content import Coupling, Deck
+from boltjoint.structure.makers.deck.labels import Indices
+from boltjoint.structure.makers.deck.mesh import Mesh
+from boltjoint.structure.makers.deck.unknowns import AXES, Rows, Unknowns
+
+Array = NDArray[np.float64]
+
+#: second moment of the nodes of a coupling over the largest, below which they lie on a line
+_ON_A_LINE = 1e-9
+#: nodes of a coupling above which it is taken in groups, and of a group at least
+MANY = 500
+_GROUP = 24
+#: part of a group in the mean over the largest, below which it is rounding
+_ROUNDING = 1e-9
+
+
+class Group(NamedTuple):
+    """Neighbours that are summed: their places in the coupling, and the factors of the sums.
+
+    ``factors`` have the shape (sums, nodes, 3), orthonormal.
+    """
+
+    place: Indices
+    factors: Array
+
+
+@dataclass(frozen=True, eq=False)
+class DistributingCoupling:
+    """A reference node that moves with the mean of nodes.
+
+    Attributes
+    ----------
+    name
+        For messages.
+    reference
+        The reference node.
+    nodes
+        Those it moves with, shape (nodes,).
+    mean
+        Displacement, and rotation where it has one, by displacements of the nodes: shape
+        (3 or 6, nodes, 3).
+    groups
+        Where there are many nodes; else none.
+    """
+
+    name: str
+    reference: int
+    nodes: Indices
+    mean: Array
+    groups: tuple[Group, ...]
+
+    def rows(self, unknowns: Unknowns, first: int) -> Rows:
+        """Constraints, with sums over groups from the unknown ``first`` on."""
+        of_reference = unknowns.translations(np.array(self.reference))
+        rotations = unknowns.rotations(self.reference)
+        if rotations is not None:
+            of_reference = np.concatenate([of_reference, rotations])
+        of_nodes = unknowns.translations(self.nodes)
+        one = np.arange(len(of_reference))
+        entries = [(one, of_reference, np.ones(one.size))]
+        if not self.groups:
+            entries.append(_entries(one, of_nodes, -self.mean))
+            return _as_rows(entries, of_reference, unknowns, self.name)
+        pivots, row = [of_reference], one.size
+        for place, factors in self.groups:
+            sums = np.arange(len(factors))
+            column = first + row - one.size + sums
+            by_sums = np.einsum("inj,snj->is", self.mean[:, place], factors)
+            entries.append(_entries(one, column, -by_sums))
+            entries.append((row + sums, column, np.ones(sums.size)))
+            members = of_nodes[place]
+            entries.append(_entries(row + sums, members, -factors))
+            # of the nodes those that the sums depend on most
+            chosen = qr(factors.reshape(sums.size, -1), mode="r", pivoting=True)[1][: sums.size]
+            pivots.append(members.ravel()[chosen])
+            row += sums.size
+        return _as_rows(entries, np.concatenate(pivots), unknowns, self.name)
+
+    def sums(self, unknowns: int) -> sparse.csr_array:
+        """Sums over groups by displacements, shape (sums, unknowns)."""
+        columns = AXES * self.nodes[:, None] + np.arange(AXES)
+        entries, row = [], 0
+        for place, factors in self.groups:
+            entries.append(_entries(row + np.arange(len(factors)), columns[place], factors))
+            row += len(factors)
+        return _matrix(entries, (row, unknowns))
+
+
+def distributing_couplings(
+    deck: Deck, mesh: Mesh, turning: Indices
+) -> dict[int, DistributingCoupling]:
+    """Those of a deck by the number of their first coupling; some nodes have a rotation."""
+    joined: dict[int, tuple[str, int, list[Indices], list[Array]]] = {}
+    of_elements: dict[int, int] = {}
+    for number, coupling in enumerate(deck.couplings):
+        if coupling.kind == "kinematic":
+            continue
+        name = f"{coupling.place}: *COUPLING {coupling.name or number + 1}"
+        nodes, weight = coupled_nodes(mesh, coupling)
+        key = number
+        if coupling.of_surface:
+            reference = deck.node_of(coupling.reference)
+        else:
+            # CalculiX: the node of the element DCOUP3D, lines of one block together
+            reference = node_of_element(deck, coupling)
+            key = of_elements.setdefault(reference, number)
+        _, _, more_nodes, more_weights = joined.setdefault(key, (name, reference, [], []))
+        more_nodes.append(nodes)
+        more_weights.append(weight)
+    couplings = {}
+    for key, (name, reference, parts, weights) in joined.items():
+        nodes, weight = np.concatenate(parts), np.concatenate(weights)
+        place, at = mesh.coordinate[nodes], mesh.coordinate[reference]
+        mean = _mean(name, at, place, weight / weight.sum(), turns=reference in turning)
+        groups = tuple(_groups(mean, place))
+        couplings[key] = DistributingCoupling(name, reference, nodes, mean, groups)
+    return couplings
+
+
+def coupled_nodes(mesh: Mesh, coupling: Coupling) -> tuple[Indices, Array]:
+    """Nodes of a coupling with their weights: areas of a surface, or those given."""
+    if not coupling.of_surface:
+        node = mesh.deck.nodes_of(coupling.nodes)
+        return node, np.full(len(node), coupling.weights[0] if coupling.weights else 1.0)
+    if mesh.deck.surface(coupling.nodes).of_nodes:
+        node = mesh.nodes_of_surface(coupling.nodes)
+        return node, np.ones(len(node))
+    return mesh.faces(coupling.nodes).nodal_areas(mesh.coordinate)
+
+
+def node_of_element(deck: Deck, coupling: Coupling) -> int:
+    """The node of the element DCOUP3D of a coupling; a ``ValueError`` without one."""
+    place = deck.elements_of(coupling.reference)
+    for elements in deck.elements:
+        if elements.kind == "DCOUP3D":
+            node = elements.node[np.isin(elements.place, place)]
+            if node.size:
+                return int(node[0, 0])
+    raise ValueError(
+        f"{coupling.place}: *DISTRIBUTING COUPLING: set {coupling.reference.text} has no element "
+        "DCOUP3D"
+    )
+
+
+def _mean(name: str, reference: Array, place: Array, weight: Array, *, turns: bool) -> Array:
+    """Mean motion of nodes at the place of a reference node, shape (3 or 6, nodes, 3).
+
+    Its rotation is ``T^-1 sum w r x u`` with the second moment T of the nodes about their middle;
+    where the reference node has none, its displacement is the mean one wherever it lies.
+    """
+    translation = np.einsum("n,ij->inj", weight, np.eye(AXES))
+    if not turns:
+        return translation
+    middle = weight @ place
+    arm = place - middle
+    second = np.einsum("n,nk,nl->kl", weight, arm, arm)
+    moment = np.trace(second) * np.eye(AXES) - second
+    size = np.linalg.eigvalsh(moment)
+    if not size[0] > _ON_A_LINE * size[-1]:
+        raise ValueError(f"{name}: its nodes lie on a line: they have no mean rotation")
+    # r x u by axis, node and displacement
+    turning = np.cross(arm[:, None], np.eye(AXES)).transpose(2, 0, 1)
+    rotation = np.einsum("ik,knj,n->inj", np.linalg.inv(moment), turning, weight)
+    translation = translation + np.cross(rotation, reference - middle, axis=0)
+    return np.concatenate([translation, rotation])
+
+
+def _groups(mean: Array, place: Array) -> Iterator[Group]:
+    """Groups of neighbours of many nodes, whose sums the mean is made of; none of few."""
+    if len(place) <= MANY:
+        return
+    most = max(_GROUP, ceil(sqrt(len(place)) / 2))
+    size = np.linalg.norm(mean, axis=(1, 2))
+    waiting = [np.arange(len(place))]
+    while waiting:
+        members = waiting.pop()
+        if len(members) > most:
+            longest = np.argmax(np.ptp(place[members], axis=0))
+            order = members[np.argsort(place[members, longest], kind="stable")]
+            waiting += [*np.array_split(order, 2)]
+            continue
+        part = mean[:, members] / size[:, None, None]
+        _, values, factors = svd(part.reshape(len(mean), -1), full_matrices=False)
+        factors = factors[values > _ROUNDING * values[0]]
+        yield Group(members, factors.reshape(-1, len(members), AXES))
+
+
+_Entries = tuple[Indices, Indices, Array]
+
+
+def _entries(row: Indices, column: Indices, values: Array) -> _Entries:
+    """Rows by columns of values that are full, of shape (rows, *columns)."""
+    values = values.reshape(len(row), -1)
+    return np.repeat(row, values.shape[1]), np.tile(column.ravel(), len(row)), values.ravel()
+
+
+def _matrix(entries: Sequence[_Entries], shape: tuple[int, int]) -> sparse.csr_array:
+    row, column, value = (
+        np.concatenate([part[i] for part in entries] or [np.zeros(0, np.int64)]) for i in range(3)
+    )
+    return sparse.coo_array((value, (row, column)), shape=shape).tocsr()
+
+
+def _as_rows(entries: Sequence[_Entries], pivot: Indices, unknowns: Unknowns, name: str) -> Rows:
+    return Rows(_matrix(entries, (len(pivot), unknowns.size)), pivot, name)
