@@ -267,3 +267,15 @@ def test_impossible_parameters_are_refused_in_one_line():
         with pytest.raises(ValueError, match=sentence) as refused:
             task()
         assert "\n" not in str(refused.value)
+
+
+def test_bands_of_a_mode_held_aside_are_the_same_of_several_processes(fitted):
+    aside = synthetic(5, resonance=2)
+    (alone,), (shared,) = (fitted.predict(aside, 250, processes=count) for count in (1, 2))
+    assert shared.draws.shape == (250, AMPLITUDES.size, 2)
+    assert np.array_equal(alone.draws, shared.draws)
+    assert np.array_equal(alone.scatter, shared.scatter)
+    # 95 % of 20 frequencies and damping ratios lie within
+    assert min(shared.points_within) >= 16
+    with pytest.raises(ValueError, match="processes"):
+        fitted.predict(aside, 250, processes=0)

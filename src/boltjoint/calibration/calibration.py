@@ -207,6 +207,7 @@ class Calibration:
         measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
         count: int = 400,
         seed: int = 1,
+        processes: int = 1,
     ) -> tuple[PredictedCurve, ...]:
         """Curves that were held aside from the fit, with 95 % bands by posterior draws.
 
@@ -217,14 +218,19 @@ class Calibration:
             theirs too.
         count, seed
             Of the draws.
+        processes
+            Among which the draws are shared, with the same results: one for each core.
 
         Raises
         ------
         ValueError
-            If an argument is out of range, or a mode is not in the model.
+            If an argument is out of range, a mode is not in the model, or several processes are
+            asked for where a process cannot be forked.
         """
+        checks.whole("processes", processes, above=0)
         compared = replace(self.compared, measured=curves_of(measured))
-        return predict_curves(compared, self.scaled, self.draws(count, seed).scaled, seed)
+        drawn = self.draws(count, seed).scaled
+        return predict_curves(compared, self.scaled, drawn, seed, processes)
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""

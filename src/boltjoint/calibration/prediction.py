@@ -1,6 +1,10 @@
 """Prediction of curves that were held aside from a calibration, with bands by posterior draws."""
 
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
+from multiprocessing import get_all_start_methods, get_context
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +18,8 @@ Array = NDArray[np.float64]
 
 #: ends of an interval of 95 %
 _ENDS = (0.025, 0.975)
+#: draws that a process solves at a time
+_AT_ONCE = 100
 
 
 class Shift(NamedTuple):
@@ -89,7 +95,7 @@ def _ends(drawn: Array) -> Array:
 
 
 def predict_curves(
-    compared: ModelCurves, best: Array, drawn: Array, seed: int
+    compared: ModelCurves, best: Array, drawn: Array, seed: int, processes: int = 1
 ) -> tuple[PredictedCurve, ...]:
     """The curves of a model with fitted parameters, and with draws of them.
 
@@ -102,6 +108,13 @@ def predict_curves(
         (draws, parameters). Draws at which a mode is not reached are left out.
     seed
         Of the scatter of the measurement.
+    processes
+        Among which the draws are shared: results are the same.
+
+    Raises
+    ------
+    ValueError
+        If several processes are asked for where a process cannot be forked.
     """
     random = np.random.default_rng([seed, 1])
     # draws that were chosen several times are solved once
@@ -110,13 +123,41 @@ def predict_curves(
     for measured, resonance in zip(compared.measured, compared.resonances, strict=True):
         alone = replace(compared, measured=(measured,))
         curve = _curve_at(alone, best)
-        points = [_curve_at(alone, scaled) for scaled in different]
+        points = list(_curves_at(alone, different, processes))
         reached = [points[n] for n in place.ravel() if points[n] is not None]
         draws = np.array(reached).reshape(-1, *measured.values.shape)
         noise = random.standard_normal(draws.shape) * measured.deviations
         curve = np.full(measured.values.shape, np.nan) if curve is None else curve
         predicted.append(PredictedCurve(measured, resonance, curve, draws, draws + noise))
     return tuple(predicted)
+
+
+def _curves_at(compared: ModelCurves, drawn: Array, processes: int) -> Iterator[Array | None]:
+    """The only curve of a model with each of the draws, as ``_curve_at``."""
+    if processes == 1:
+        yield from map(partial(_curve_at, compared), drawn)
+        return
+    if "fork" not in get_all_start_methods():
+        raise ValueError(f"processes is {processes}: it must be 1 where a process cannot be forked")
+    # a model may hold functions of a script, which a fork has and no other process is given
+    parts = (drawn[first : first + _AT_ONCE] for first in range(0, len(drawn), _AT_ONCE))
+    with ProcessPoolExecutor(
+        processes, get_context("fork"), initializer=_keep, initargs=(compared,)
+    ) as pool:
+        for curves in pool.map(_curves_of_kept, parts):
+            yield from curves
+
+
+_kept: list[ModelCurves] = []
+
+
+def _keep(compared: ModelCurves) -> None:
+    """Keep the model of a process."""
+    _kept[:] = [compared]
+
+
+def _curves_of_kept(drawn: Iterable[Array]) -> list[Array | None]:
+    return [_curve_at(_kept[0], scaled) for scaled in drawn]
 
 
 def _curve_at(compared: ModelCurves, scaled: Array) -> Array | None:
