@@ -118,22 +118,26 @@ def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, ob
 
 @cache
 def reduction_errors(name: str, case: str, basis: str) -> xr.Dataset:
-    """Largest errors of the peaks [%] against all pairs, over the levels, by the keys of a grid."""
+    """Errors of the peaks with all harmonics against all pairs [%], by the keys of a grid and force.
+
+    Not a number where no peak with more than one harmonic was found.
+    """
     sweep = load(name)
     path = RESULTS / f"cases/{case}/{basis}/node-to-node/linear/resonance=1/response.nc"
     whole = dataset.load(path)
     levels = whole["force_level"].to_numpy().tolist()
     at = [levels.index(level) for level in sweep["force_level"].to_numpy()]
-    return xr.Dataset(
-        {
-            what: abs(
-                100
-                * (
-                    sweep[f"peak_{what}"]
-                    / xr.DataArray(whole[f"peak_{what}"][at].data, dims="force")
-                    - 1
-                )
-            ).max("force")
-            for what in ("frequency", "amplitude")
-        }
-    )
+    errors = {}
+    for what in ("frequency", "amplitude"):
+        peaks = f"peak_{what}_converged"
+        expected = xr.DataArray(whole[peaks].to_numpy()[at], dims="force")
+        errors[what] = abs(100 * (sweep[peaks] / expected - 1))
+    return xr.Dataset(errors)
+
+
+def largest_errors(errors: xr.Dataset) -> str:
+    """Largest errors over the forces as text, with a star where one is not known."""
+    texts = (f"{float(errors[what].max()):.2g}" for what in ("frequency", "amplitude"))
+    # no powers of ten
+    text = " / ".join(f"{float(each):g}" for each in texts)
+    return f"{text} *" if errors["amplitude"].isnull().any() else text
