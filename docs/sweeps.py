@@ -118,7 +118,7 @@ def dimensions(name: str, amplitudes_mm: tuple[float, ...]) -> list[dict[str, ob
 
 @cache
 def reduction_errors(name: str, case: str, basis: str) -> xr.Dataset:
-    """Errors of the peaks with all harmonics against all pairs [%], by the keys of a grid and force.
+    """Errors of peaks with all harmonics against all pairs [%], by the keys of a grid and force.
 
     Not a number where no peak with more than one harmonic was found.
     """
@@ -140,4 +140,4 @@ def largest_errors(errors: xr.Dataset) -> str:
     texts = (f"{float(errors[what].max()):.2g}" for what in ("frequency", "amplitude"))
     # no powers of ten
     text = " / ".join(f"{float(each):g}" for each in texts)
-    return f"{text} *" if errors["amplitude"].isnull().any() else text
+    return f"{text} *" if np.isnan(errors["amplitude"]).any() else text

@@ -69,6 +69,17 @@ def test_a_base_case_need_not_run(changed):
     assert study.designs == {NAME: 64 * (6 + 2)}
 
 
+def test_a_regression_has_designs_for_each_of_its_variables():
+    keys = {"case": "mine", "basis": "free-4", "joint": "regions=2", "observe": ["converged-peaks"]}
+    vary = {f"preload_ratios[{n}]": [0.5, 1] for n in range(9)}
+    design = {"kind": "sobol", "number": 1000}
+    sweep = Sweep.model_validate(keys | {"vary": vary, "design": design, "converged_designs": 33})
+    assert sweep.harmonics_in_words.endswith("in 33 designs and by regression in all others")
+    with pytest.raises(ValueError, match="must be at least 33 with so many keys that vary"):
+        few = {"vary": vary, "design": design, "converged_designs": 32}
+        Sweep.model_validate(keys | few)
+
+
 def test_a_base_case_is_solved_as_the_sweep_asks_for(changed):
     study = changed()
     content = study.base_of_sweep(NAME)

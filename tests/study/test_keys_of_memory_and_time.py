@@ -86,6 +86,13 @@ PLACES = {
     ("config", "solver.harmonics"): {
         "config": {"solver": {"friction_force": "aft", "time_samples": 10**4}}
     },
+    ("sweep", "converged_designs"): {
+        "sweep": {
+            "design": _LATIN_HYPERCUBE | {"number": 10**5},
+            "observe": ["peaks", "converged-peaks"],
+            "converged_designs": 30,
+        }
+    },
     ("sweep", "check.designs"): {
         "sweep": {"design": _LATIN_HYPERCUBE | {"number": 10**5}, "check": {"basis": "free-2"}}
     },

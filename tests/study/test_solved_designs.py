@@ -255,6 +255,36 @@ def test_peaks_with_all_harmonics_count_where_they_are_observed():
     assert mean != pytest.approx(1e3 * float(solved["peak_amplitude"].mean()), rel=1e-4)
 
 
+def test_peaks_of_most_designs_follow_from_those_of_some():
+    content = base("constant", forces_N=(5.0, 30.0))
+    vary = {"preload_N": Linear(kind="linear", lowest=500, highest=1500)}
+    designs = list_designs(vary, Samples(kind="sobol", number=64, seed=3), content)
+    problem = SweptJoint(content, joints(Case.model_validate(content))[:1])
+    some = solve_designs([problem], designs, range(64), converged=True, converged_designs=32)
+    assert (some["peak_harmonics"].notnull().sum("design") == 32).all()
+    # in chunks the same designs are drawn
+    chunks = [
+        solve_designs([problem], designs, chunk, converged=True, converged_designs=32)
+        for chunk in (range(40), range(40, 64))
+    ]
+    xr.testing.assert_identical(some, xr.concat(chunks, "design", combine_attrs="override"))
+    sweep = gather_sweep(content, designs, chunks, {})
+    whole = solve_designs([problem], designs, range(64), converged=True)
+    for what in ("frequency", "amplitude"):
+        error = abs(sweep[f"peak_{what}_converged"] / whole[f"peak_{what}_converged"] - 1)
+        told = sweep[f"peak_{what}_regression_error"]
+        # a superharmonic resonance moves some designs, which the error knows
+        assert ((error <= told).sum("design") >= 60).all()
+        assert (told < 0.1).all()
+    assert int(sweep["is_predicted"].sum()) == 32
+    # it counts in the error of the sweep
+    check = check_designs([problem], designs, 4, seed=2)
+    told = gather_sweep(content, designs, chunks, {}, check)
+    for what in ("frequency", "amplitude"):
+        regression = told[f"peak_{what}_regression_error"].to_numpy()
+        assert np.all(told[f"peak_{what}_error"].to_numpy() > regression)
+
+
 @pytest.fixture(scope="module")
 def problem():
     content = base("constant", forces_N=(5.0, 30.0))

@@ -233,7 +233,7 @@ SOLUTION_SCRIPTS = {"solve_responses", "time_by_differences", "find_peaks"}
 @pytest.mark.parametrize(
     ("module", "used_by", "not_used_by"),
     [
-        ("joint/fitting", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
+        ("joint/fit_jenkins", {"reduce_joint"}, STRUCTURE_SCRIPTS | {"partition_regions"}),
         ("structure/preload", {"apply_preload"}, {"build_assembly"}),
         ("structure/adapted_basis/pod", {"find_pod_modes"}, {"apply_preload"}),
         (

@@ -135,7 +135,7 @@ rule write_page_of_sweep:
         sweep=lambda w: study.sweeps[w.sweep].model_dump(
             include={
                 *("case", "vary", "design", "basis", "joint", "check"),
-                *("observe", "harmonics"),
+                *("observe", "harmonics", "converged_designs"),
             }
         ),
         reported=lambda w: study.sweeps[w.sweep].case in study.cases,

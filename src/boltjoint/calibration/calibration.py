@@ -216,16 +216,13 @@ class Calibration:
         measured
             Of other modes, sensors or amplitudes of the same joint; ``amplitude_scale`` multiplies
             theirs too.
-        count, seed
-            Of the draws.
-        processes
-            Among which the draws are shared, with the same results: one for each core.
+        count, seed, processes
+            Of the draws; processes share them, with the same results.
 
         Raises
         ------
         ValueError
-            If an argument is out of range, a mode is not in the model, or several processes are
-            asked for where a process cannot be forked.
+            If an argument is out of range, a mode is not in the model, or no process can be forked.
         """
         checks.whole("processes", processes, above=0)
         compared = replace(self.compared, measured=curves_of(measured))

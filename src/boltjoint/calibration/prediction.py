@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from math import ceil
 from multiprocessing import get_all_start_methods, get_context
 from typing import NamedTuple
 
@@ -18,8 +19,8 @@ Array = NDArray[np.float64]
 
 #: ends of an interval of 95 %
 _ENDS = (0.025, 0.975)
-#: draws that a process solves at a time
-_AT_ONCE = 100
+#: draws that a process solves at a time, at most, and how often it is given some
+_AT_ONCE, _TIMES = 100, 4
 
 
 class Shift(NamedTuple):
@@ -109,7 +110,8 @@ def predict_curves(
     seed
         Of the scatter of the measurement.
     processes
-        Among which the draws are shared: results are the same.
+        Among which the draws are shared: results are the same. They are forked, so that no threads
+        of one's own should run.
 
     Raises
     ------
@@ -140,7 +142,8 @@ def _curves_at(compared: ModelCurves, drawn: Array, processes: int) -> Iterator[
     if "fork" not in get_all_start_methods():
         raise ValueError(f"processes is {processes}: it must be 1 where a process cannot be forked")
     # a model may hold functions of a script, which a fork has and no other process is given
-    parts = (drawn[first : first + _AT_ONCE] for first in range(0, len(drawn), _AT_ONCE))
+    at_once = min(_AT_ONCE, ceil(len(drawn) / (_TIMES * processes)))
+    parts = (drawn[first : first + at_once] for first in range(0, len(drawn), at_once))
     with ProcessPoolExecutor(
         processes, get_context("fork"), initializer=_keep, initargs=(compared,)
     ) as pool:

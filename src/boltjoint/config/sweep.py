@@ -31,6 +31,10 @@ LEVEL_KEYS = {"forces_N", "accelerations_m_per_s2"}
 #: more jobs than the workflow can list in a reasonable time
 MOST_JOBS = 10_000
 
+#: designs whose peaks are solved with all harmonics, where those of others follow by regression,
+#: for each of its variables: keys that vary, and frequency and amplitude with one harmonic
+LEAST_BY_VARIABLE = 3
+
 #: time of a design of few elements at one level [s], and size of its peak with its values [byte]
 _SECONDS, _BYTES = 4e-3, 50
 
@@ -92,6 +96,11 @@ class Sweep(Entry):
     harmonics: Annotated[int, Field(strict=True, ge=3), INTEGRAL] = CONVERGING[-1]
     """Highest harmonic with which ``converged-peaks`` are sought, of 3, 9, 17 and 33. Fewer take
     less time, and ``check`` tells what they leave out."""
+    converged_designs: Annotated[int, Field(strict=True, ge=30), INTEGRAL] | None = None
+    """Number of designs, spread over all, whose ``converged-peaks`` are solved. Those of the others
+    follow from their peaks with one harmonic by regression, whose error counts in that of the
+    sweep: it does not know a superharmonic resonance between the designs that are solved. All by
+    default."""
     frequencies: Count = 400
     """Frequencies of the grid of ``responses``."""
     amplitudes: Count = 50
@@ -113,6 +122,11 @@ class Sweep(Entry):
             yield ("vary",), "must have at least one key"
         if "backbone" in self.observe and self.amplitudes < 2:
             yield ("amplitudes",), "must be at least 2, the ends of the grid"
+        if self.converged_designs is not None and "converged-peaks" not in self.observe:
+            yield ("converged_designs",), "must not be given without converged-peaks in observe"
+        least = LEAST_BY_VARIABLE * (len(self.vary) + 2)
+        if self.converged_designs is not None and self.converged_designs < least:
+            yield ("converged_designs",), f"must be at least {least} with so many keys that vary"
         if self.amplitudes_mm is not None and self.amplitudes_mm[0] >= self.amplitudes_mm[1]:
             yield ("amplitudes_mm",), "must ascend"
         if self.levels is not None and (keys := LEVEL_KEYS & set(self.vary)):
@@ -159,6 +173,7 @@ class Sweep(Entry):
             and tuple(1e-3 * amplitude for amplitude in self.amplitudes_mm),
             "states": "contact-states" in self.observe,
             "converged": "converged-peaks" in self.observe,
+            "converged_designs": self.converged_designs,
         }
 
     @property
@@ -167,7 +182,11 @@ class Sweep(Entry):
         if "converged-peaks" not in self.observe:
             return "without all harmonics"
         has_all = self.harmonics >= type(self).model_fields["harmonics"].default
-        return "with all harmonics" if has_all else f"with up to {self.harmonics} harmonics"
+        told = "with all harmonics" if has_all else f"with up to {self.harmonics} harmonics"
+        solved = self.converged_designs
+        if solved is None or (self.designs is not None and solved >= self.designs):
+            return told
+        return f"{told} in {solved} designs and by regression in all others"
 
     @property
     def checking(self) -> Self:

@@ -167,10 +167,10 @@ class NewtonKrylov:
         residual, derivative = self._equations.evaluate(x, p)
         for iteration in range(self._control.maximum_iterations):
             size = float(np.linalg.norm(residual))
-            if size <= self._limit:
-                return Solution(x, p, iteration, converged=True)
             if not np.isfinite(size):
                 return Solution(x, p, iteration, converged=False)
+            if size <= self._limit:
+                return Solution(x, p, iteration, converged=True)
             correction = self._solve(x, cast(Derivative, derivative), residual, _CORRECTION)
             if correction is None:
                 return Solution(x, p, iteration, converged=False)

@@ -78,6 +78,8 @@ _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 #: of a peak with all harmonics, and for each element, vector and component of these [s]
 _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
+#: of the regression of peaks with all harmonics, by the cube of the designs that have them [s]
+_PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
 #: of a measured point in each evaluation of a fit, and for each element, vector and parameter [s];
@@ -234,10 +236,13 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         memory = _SOLVER + _NUMBER * (
             _TANGENTS * pairs * (directions * components) ** 2 + _JACOBIANS * unknowns**2
         )
+        key = f"{CONFIG_FILE}: solver.harmonics"
         if study.harmonic_convergence:
             of_peaks = _memory_of_balance(law.components_of(LEFT_OUT * MOST_CHOSEN), vectors)
-            memory = max(memory, of_peaks)
-        key = f"{CONFIG_FILE}: solver.{'time_samples' if sampled > memory else 'harmonics'}"
+            if of_peaks > memory:
+                memory, key = of_peaks, f"{CONFIG_FILE}: converged_peaks"
+        if sampled > memory:
+            key = f"{CONFIG_FILE}: solver.time_samples"
         memory += sampled
         stored = _NUMBER * _COPIES * len(case.levels) * _solutions(solver) * unknowns
         if stored > memory:
@@ -311,7 +316,7 @@ def _of_fit(study: Study, subject: str, joint: JointName) -> EstimatedJob:
 
 def _memory_of_balance(components: int, modes: int) -> float:
     """Of a balance with many harmonics in linear modes [byte]."""
-    at_once = _SAMPLES_AT_ONCE * components * modes**2
+    at_once = max(_SAMPLES_AT_ONCE, components) * components * modes**2
     return _SOLVER + _NUMBER * (at_once + (1 + _JACOBIANS) * (components * modes) ** 2)
 
 
@@ -343,7 +348,9 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         many = law.components_of(LEFT_OUT * highest)
         of_peaks = _memory_of_balance(many, vectors) - _SOLVER
         stored += levels * _NUMBER * 5
-        seconds += levels * _of_converged_peak(law.components_of(highest), elements, vectors)
+        share = min((sweep.converged_designs or designs) / designs, 1.0)
+        of_peak = _of_converged_peak(law.components_of(highest), elements, vectors)
+        seconds += levels * share * of_peak
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
     key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=lambda key: multiples[key])}"
     chunk = min(sweep.designs_per_job, designs)
@@ -352,7 +359,9 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     jobs = contents.chunks(name)
     yield EstimatedJob("designs", name, memory, designs * seconds, key, does, parts=jobs)
     memory = _PROCESS + 3 * designs * stored + _PER_ROW * designs
-    yield EstimatedJob("sweep", name, memory, 0.0, key, f"to gather the designs of {name}")
+    solved = min(sweep.converged_designs or 0, designs)
+    seconds = levels * _PER_REGRESSION * solved**3
+    yield EstimatedJob("sweep", name, memory, seconds, key, f"to gather the designs of {name}")
     if sweep.check is not None:
         check = sweep.check
         elements = max(

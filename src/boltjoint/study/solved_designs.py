@@ -28,6 +28,11 @@ from boltjoint.study.common_to_designs import (
     common_window,
 )
 from boltjoint.study.designs import SweptJoint, values_of, varied
+from boltjoint.study.regression_of_peaks import (
+    is_predicted,
+    rows_with_harmonics,
+    with_predicted_peaks,
+)
 
 #: what of a peak is checked
 QUANTITIES: tuple[Literal["frequency"], Literal["amplitude"]] = ("frequency", "amplitude")
@@ -48,8 +53,9 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
     Dataset
         ``checked_design``, ``checked_peak_frequency`` [Hz] and ``checked_peak_amplitude`` [m] of
         the larger model, and by ``force`` ``peak_frequency_error`` and ``peak_amplitude_error``:
-        the largest of the designs that have a peak in both models, relative; not a number without
-        one. ``checked_designs`` is how many have.
+        the largest of the designs that have a peak in both models, relative, with that of peaks
+        that are predicted (``regression_of_peaks``); not a number without one.
+        ``checked_designs`` is how many have.
     """
     at = solved.isel(design=check["checked_design"].to_numpy())
     variables, errors = {"checked_design": check["checked_design"].variable}, []
@@ -59,6 +65,8 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
         errors.append(error)
         largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)
         largest[np.isneginf(largest)] = np.nan
+        if (regression := f"peak_{what}_regression_error") in solved:
+            largest = (1 + largest) * (1 + np.nan_to_num(solved[regression].to_numpy())) - 1
         meaning = f"peak {what} of the larger model, with all harmonics"
         row = ("checked", "force"), peak.to_numpy(), peak.attrs["units"], meaning
         variables[f"checked_peak_{what}"] = quantity(*row)
@@ -166,6 +174,7 @@ def solve_designs(
     between: tuple[float, float] | None = None,
     states: bool = False,
     converged: bool = False,
+    converged_designs: int | None = None,
 ) -> xr.Dataset:
     """Peaks of some designs of a sweep, and their responses, backbones and contact states.
 
@@ -192,6 +201,9 @@ def solve_designs(
         Whether the contact state of each element at the peak is wanted.
     converged
         Whether the peaks with all harmonics are wanted.
+    converged_designs
+        Of how many designs of the sweep; of all by default. Those of the others are not a number,
+        and ``is_predicted`` tells which (``regression_of_peaks``).
 
     Returns
     -------
@@ -211,6 +223,9 @@ def solve_designs(
     for name, points in (("frequencies", frequencies), ("amplitudes", amplitudes)):
         if points is not None:
             checks.whole(name, points, at_least=1)
+    if converged_designs is not None:
+        checks.whole("converged_designs", converged_designs, at_least=1)
+    with_harmonics = converged & rows_with_harmonics(designs, converged_designs)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
     joints = _possible_joints(variants)
@@ -233,10 +248,12 @@ def solve_designs(
         observed.reason[place] = impossible[row] or reasons.get(row, "")
         if not observed.reason[place]:
             of_design = variants[joint_of[row]], values[place]
-            _observe(observed, place, *of_design, window, sizes, converged=converged)
+            _observe(observed, place, *of_design, window, sizes, converged=with_harmonics[row])
 
     _solve_each(solve, chunk, threads, impossible.size)
-    return observed.dataset()
+    if converged_designs is None:
+        return observed.dataset()
+    return observed.dataset().assign(is_predicted=is_predicted(designs, with_harmonics, chunk))
 
 
 def _possible_joints(variants: Sequence[SweptJoint | ImpossibleJoint]) -> list[SweptJoint]:
@@ -340,6 +357,8 @@ def gather_sweep(
     """
     names, base = varied(designs), Case.model_validate(case)
     whole = xr.concat(chunks, "design", combine_attrs="override")
+    if "is_predicted" in whole:
+        whole = with_predicted_peaks(whole, [designs[name].to_numpy() for name in names])
     if check is not None:
         whole = whole.merge(errors_of_check(whole, check))
     # the rest is of the first chunk

@@ -326,6 +326,7 @@ def sweep_page(
         basis=sweep.basis,
         error=error_of_sweep(content),
         harmonics=sweep.harmonics_in_words,
+        is_predicted="is_predicted" in content,
         check=sweep.check,
         percent=lambda share: number(100 * share, 2),
         sweep=data,

@@ -31,7 +31,7 @@ class BoltBeam:
 
     @property
     def shear_factor(self) -> float:
-        """Area that takes shear over the whole, as of Abaqus."""
+        """Area that takes shear over the whole, as Abaqus has it."""
         return {"CIRC": 0.89, "RECT": 0.85, "PIPE": 0.53}[self.beam.kind]
 
     def axes(self, coordinate: Array) -> Array:

@@ -1,9 +1,9 @@
 """Distributing couplings: a reference node moves with the mean of many.
 
 Where equations or a bolt hold such a mean, one of its nodes follows from all others, and the
-stiffness would be full among them. Of many nodes it is therefore taken in two steps: sums over
-groups of neighbours are unknowns of their own, each of which takes the place of a node of its
-group, and the mean is one of sums. Nodes then follow from those of their group alone.
+stiffness would be full among them. The mean of many nodes is therefore taken in two steps, whatever
+holds it: sums over groups of neighbours are unknowns of their own, each of which takes the place of
+a displacement in its group, and the mean is one of sums.
 """
 
 from collections.abc import Iterator, Sequence
@@ -25,8 +25,9 @@ Array = NDArray[np.float64]
 
 #: second moment of the nodes of a coupling over the largest, below which they lie on a line
 _ON_A_LINE = 1e-9
-#: nodes of a coupling above which it is taken in groups, and of a group at least
+#: nodes of a coupling above which it is taken in groups
 MANY = 500
+#: nodes of a group at most, at least: half of the root of their number is the best for many
 _GROUP = 24
 #: part of a group in the mean over the largest, below which it is rounding
 _ROUNDING = 1e-9
@@ -200,6 +201,9 @@ def _groups(mean: Array, place: Array) -> Iterator[Group]:
         part = mean[:, members] / size[:, None, None]
         _, values, factors = svd(part.reshape(len(mean), -1), full_matrices=False)
         factors = factors[values > _ROUNDING * values[0]]
+        if not len(factors):
+            # nodes without weight
+            continue
         yield Group(members, factors.reshape(-1, len(members), AXES))
 
 

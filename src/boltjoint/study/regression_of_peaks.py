@@ -1,0 +1,216 @@
+"""Peaks with all harmonics of many designs from those of some, by regression.
+
+A peak with all harmonics takes more than ten times as long as one with one harmonic. What harmonics
+change is a smooth function of the design and of its peak with one. Some designs spread over
+all tell it, and leaving out a fifth of these at a time tells how well.
+
+References
+----------
+A. Forrester, A. Sobester, A. Keane: Multi-fidelity optimization via surrogate modelling.
+Proceedings of the Royal Society A 463 (2007) 3251-3269.
+"""
+
+import logging
+from collections.abc import Callable, Iterable, Iterator
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import RBFInterpolator
+from scipy.linalg import qr
+from scipy.optimize import minimize
+
+from boltjoint import checks
+from boltjoint.config.sweep import LEAST_BY_VARIABLE
+from boltjoint.dataset import quantity
+from boltjoint.structure.model_limits import LIMITS
+from boltjoint.study.designs import varied
+
+Array = NDArray[np.float64]
+
+_SEED = 1
+#: parts of the solved designs, each of which is predicted by the others
+_FOLDS = 5
+#: of weights, which need not be exact
+_SEARCH = {"maxfev": 300, "xatol": 0.1, "fatol": np.inf}
+#: first step of their logarithms
+_FIRST = 1.0
+#: share of the errors of designs that were left out within the one that is told
+_WITHIN = 0.95
+#: of the radial basis functions: the smoothest through all designs but for their roughness, which
+#: lets two of them be the same
+_KERNEL, _SMOOTHING = "thin_plate_spline", 1e-3
+#: part of a variable that does not follow from others, over the largest: below it is rounding
+_DEPENDENT = 1e-6
+
+logger = logging.getLogger(__name__)
+
+
+def rows_with_harmonics(designs: xr.Dataset, number: int | None) -> NDArray[np.bool_]:
+    """Which designs are solved with all harmonics, shape (designs,): spread over all, or all.
+
+    Each is the one farthest from those before, so that no part of the designs is without any.
+
+    Parameters
+    ----------
+    designs
+        As from ``list_designs``.
+    number
+        How many of the possible designs; all, if there are not more, or with None.
+    """
+    possible = np.flatnonzero(designs["reason"].to_numpy() == "")
+    solved = np.zeros(designs["reason"].size, bool)
+    if number is None or number >= possible.size:
+        solved[possible] = True
+        return solved
+    values = np.column_stack([_scaled(designs[name].to_numpy()) for name in varied(designs)])
+    values = values[possible]
+    # the first is the one in the middle
+    chosen = int(np.argmin(np.linalg.norm(values, axis=1)))
+    distance = np.full(possible.size, np.inf)
+    # where several designs are the same there are fewer
+    for _ in range(number):
+        solved[possible[chosen]] = True
+        distance = np.minimum(distance, np.linalg.norm(values - values[chosen], axis=1))
+        chosen = int(np.argmax(distance))
+    return solved
+
+
+def is_predicted(
+    designs: xr.Dataset, with_harmonics: NDArray[np.bool_], chunk: range
+) -> xr.Variable:
+    """Which designs of a chunk are possible and not among those with all harmonics."""
+    possible = designs["reason"].to_numpy() == ""
+    rows = (possible & ~with_harmonics)[chunk.start : chunk.stop].astype(np.int8)
+    meaning = "1 where peaks with all harmonics follow from those of other designs"
+    return quantity("design", rows, "1", meaning)
+
+
+def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Dataset:
+    """A sweep with the peaks with all harmonics of designs whose peaks are to be predicted.
+
+    Parameters
+    ----------
+    sweep
+        By ``design`` and ``force``, with ``is_predicted``.
+    values
+        Of each quantity that varies, by design.
+
+    Returns
+    -------
+    Dataset
+        With the peaks of all designs that have one with one harmonic, shares of limits by these
+        amplitudes, and by ``force`` ``peak_frequency_regression_error`` and
+        ``peak_amplitude_regression_error``: 95 % of the relative errors of designs that were left
+        out lie within; not a number where too few were solved.
+    """
+    checks.instance("sweep", sweep, xr.Dataset)
+    names = {what: f"peak_{what}_converged" for what in ("frequency", "amplitude")}
+    single = {what: sweep[f"peak_{what}"].transpose("design", "force") for what in names}
+    peaks = {what: sweep[name].transpose("design", "force").copy() for what, name in names.items()}
+    predicted = sweep["is_predicted"].to_numpy().astype(bool)
+    levels = sweep.sizes["force"]
+    errors = {what: np.full(levels, np.nan) for what in names}
+    of_design = [_scaled(column) for column in values]
+    for level in range(levels):
+        own = [_scaled(each.to_numpy()[:, level]) for each in single.values()]
+        variables = np.column_stack([*of_design, *own])
+        has_peak = np.isfinite(variables).all(axis=1)
+        known = has_peak & np.isfinite(peaks["amplitude"].to_numpy()[:, level])
+        wanted = has_peak & predicted
+        if known.sum() < LEAST_BY_VARIABLE * variables.shape[1]:
+            logger.warning(
+                "level %d: %d designs have a peak with all harmonics, too few to predict that of "
+                "others: more converged_designs are needed",
+                *(level + 1, known.sum()),
+            )
+            continue
+        for what, peak in peaks.items():
+            with_one = single[what].to_numpy()[:, level]
+            change = np.log(peak.to_numpy()[known, level] / with_one[known])
+            regression = _Regression(variables[known], change)
+            peak[wanted, level] = with_one[wanted] * np.exp(regression(variables[wanted]))
+            errors[what][level] = _error(regression, variables[known], change)
+    ratio = (peaks["amplitude"] / single["amplitude"]).where(predicted[:, None], 1.0).fillna(1.0)
+    limits = [f"peak_{limit.name}" for limit in LIMITS if f"peak_{limit.name}" in sweep]
+    return sweep.assign(
+        {names[what]: peak for what, peak in peaks.items()}
+        | {name: (sweep[name] * ratio).assign_attrs(sweep[name].attrs) for name in limits}
+        | {
+            f"peak_{what}_regression_error": quantity(
+                "force",
+                *(error, "1", f"95 % of the relative errors of a predicted {what} lie within"),
+            )
+            for what, error in errors.items()
+        }
+    )
+
+
+def _scaled(values: Array) -> Array:
+    """Values with the mean 0 and the deviation 1, of their logarithms where all are positive."""
+    known = values[np.isfinite(values)]
+    if known.size and known.min() > 0:
+        values, known = np.log(values), np.log(known)
+    spread = known.std() if known.size else 0.0
+    return (values - known.mean()) / spread if spread else np.zeros(values.shape)
+
+
+class _Regression:
+    """Change by variables, which weigh so that designs left out are predicted best."""
+
+    def __init__(self, variables: Array, change: Array) -> None:
+        self._variables, self._change = variables, change
+        start = np.zeros(variables.shape[1])
+        simplex = np.vstack([start, _FIRST * np.eye(start.size)])
+        search = {**_SEARCH, "initial_simplex": simplex}
+        found = minimize(self._sum_of_squares, start, method="Nelder-Mead", options=search)
+        self._weight = np.exp(found.x)
+        self._fitted = _through(variables * self._weight, change)
+
+    def __call__(self, variables: Array) -> Array:
+        """Predicted change."""
+        return self._fitted(variables * self._weight)
+
+    def errors(self, weight: Array | None = None) -> Array:
+        """Errors of designs that the others predict."""
+        weighted = self._variables * (self._weight if weight is None else weight)
+        errors = np.empty(len(self._change))
+        for fold in _folds(len(errors)):
+            predicted = _through(weighted[~fold], self._change[~fold])(weighted[fold])
+            errors[fold] = predicted - self._change[fold]
+        return errors
+
+    def _sum_of_squares(self, log_weight: Array) -> float:
+        errors = self.errors(np.exp(log_weight))
+        return float(errors @ errors)
+
+
+def _through(variables: Array, change: Array) -> Callable[[Array], Array]:
+    """Radial basis functions of the variables that do not follow from each other."""
+    triangle, order = qr(variables - variables.mean(axis=0), mode="r", pivoting=True)
+    size = abs(np.diag(triangle))
+    kept = order[: np.count_nonzero(size > _DEPENDENT * size.max(initial=0.0))]
+    if not kept.size:
+        return lambda at: np.full(len(at), change.mean())
+    own = variables[:, kept]
+    fitted = RBFInterpolator(own, change, smoothing=_SMOOTHING, kernel=_KERNEL, degree=1)
+    return lambda at: np.asarray(fitted(at[:, kept]), float) if len(at) else np.zeros(0)
+
+
+def _folds(count: int) -> Iterator[NDArray[np.bool_]]:
+    """Parts of some designs, drawn at random."""
+    fold = np.random.default_rng(_SEED).permutation(count) % _FOLDS
+    return (fold == part for part in range(_FOLDS))
+
+
+def _error(regression: _Regression, variables: Array, change: Array) -> float:
+    """Relative error of peaks, within which those of designs that were left out lie.
+
+    Its weights are chosen without these too: the larger of both counts.
+    """
+    errors = np.empty((2, len(change)))
+    errors[0] = regression.errors()
+    for left_out in _folds(len(change)):
+        without = _Regression(variables[~left_out], change[~left_out])
+        errors[1, left_out] = without(variables[left_out]) - change[left_out]
+    return float(np.quantile(abs(np.expm1(errors)), _WITHIN, axis=1).max())
