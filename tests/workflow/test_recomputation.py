@@ -165,7 +165,7 @@ def test_code_of_another_date_or_without_a_use_and_a_description_run_nothing(cop
     write(folder / "config/cases/small.yaml", CASE | {"description": "Other words"})
     for path in (*folder.rglob("src/**/*.py"), *folder.rglob("workflow/**/*.py")):
         os.utime(path)
-    edit(folder / "src/boltjoint/study/needs.py")
+    edit(folder / "src/boltjoint/study/memory_and_time_of_study.py")
     assert planned(folder) == []
 
 

@@ -1,8 +1,9 @@
 """Peaks with all harmonics of many designs from those of some, by regression.
 
 A peak with all harmonics takes more than ten times as long as one with one harmonic. What harmonics
-change is a smooth function of the design and of its peak with one. Some designs spread over
-all tell it, and leaving out a fifth of these at a time tells how well.
+change is a smooth function of the design and of its peak with one, but where a superharmonic
+resonance begins. Some designs spread over all tell it, and leaving out a fifth of these at a time
+tells how well.
 
 References
 ----------

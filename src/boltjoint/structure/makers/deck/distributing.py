@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 _ON_A_LINE = 1e-9
 #: nodes of a coupling above which it is taken in groups
 MANY = 500
-#: nodes of a group at most, at least: half of the root of their number is the best for many
+#: nodes of a group: up to half of the root of their number, or up to so many
 _GROUP = 24
 #: part of a group in the mean over the largest, below which it is rounding
 _ROUNDING = 1e-9
