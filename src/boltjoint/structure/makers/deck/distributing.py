@@ -6,8 +6,9 @@ holds it: sums over groups of neighbours are unknowns of their own, each of whic
 a displacement in its group, and the mean is one of sums.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil, sqrt
 from typing import NamedTuple
 
@@ -74,35 +75,45 @@ class DistributingCoupling:
         rotations = unknowns.rotations(self.reference)
         if rotations is not None:
             of_reference = np.concatenate([of_reference, rotations])
-        of_nodes = unknowns.translations(self.nodes)
-        one = np.arange(len(of_reference))
-        entries = [(one, of_reference, np.ones(one.size))]
+        own = _one_each(of_reference, unknowns.size)
+        mean = self.mean.reshape(len(self.mean), -1)
         if not self.groups:
-            entries.append(_entries(one, of_nodes, -self.mean))
-            return _as_rows(entries, of_reference, unknowns, self.name)
-        pivots, row = [of_reference], one.size
+            at_once = sparse.csr_array(
+                own - sparse.csr_array(mean) @ self._displacements(unknowns.size)
+            )
+            return Rows(at_once, of_reference, self.name)
+        sums = _one_each(first + np.arange(self._by_place.shape[0]), unknowns.size)
+        # sums are orthonormal, and hold all of the mean
+        by_sums = sparse.csr_array(mean @ self._by_place.T) @ sums
+        matrix = sparse.vstack([own - by_sums, sums - self.sums(unknowns.size)], format="csr")
+        pivots = [of_reference]
         for place, factors in self.groups:
-            sums = np.arange(len(factors))
-            column = first + row - one.size + sums
-            by_sums = np.einsum("inj,snj->is", self.mean[:, place], factors)
-            entries.append(_entries(one, column, -by_sums))
-            entries.append((row + sums, column, np.ones(sums.size)))
-            members = of_nodes[place]
-            entries.append(_entries(row + sums, members, -factors))
             # of the nodes those that the sums depend on most
-            chosen = qr(factors.reshape(sums.size, -1), mode="r", pivoting=True)[1][: sums.size]
-            pivots.append(members.ravel()[chosen])
-            row += sums.size
-        return _as_rows(entries, np.concatenate(pivots), unknowns, self.name)
+            chosen = qr(factors.reshape(len(factors), -1), mode="r", pivoting=True)[1]
+            members = unknowns.translations(self.nodes[place])
+            pivots.append(members.ravel()[chosen[: len(factors)]])
+        return Rows(matrix, np.concatenate(pivots), self.name)
 
     def sums(self, unknowns: int) -> sparse.csr_array:
         """Sums over groups by displacements, shape (sums, unknowns)."""
-        columns = AXES * self.nodes[:, None] + np.arange(AXES)
-        entries, row = [], 0
+        return sparse.csr_array(self._by_place @ self._displacements(unknowns))
+
+    @cached_property
+    def _by_place(self) -> sparse.csr_array:
+        """Sums over groups by displacements of the places in the coupling, (sums, 3 nodes)."""
+        blocks = []
         for place, factors in self.groups:
-            entries.append(_entries(row + np.arange(len(factors)), columns[place], factors))
-            row += len(factors)
-        return _matrix(entries, (row, unknowns))
+            columns = AXES * place[:, None] + np.arange(AXES)
+            rows, values = np.arange(len(factors)), factors.reshape(len(factors), -1)
+            at = np.repeat(rows, columns.size), np.tile(columns.ravel(), len(rows))
+            shape = len(rows), AXES * len(self.nodes)
+            blocks.append(sparse.coo_array((values.ravel(), at), shape=shape))
+        none = sparse.csr_array((0, AXES * len(self.nodes)))
+        return sparse.csr_array(sparse.vstack([none, *blocks], format="csr"))
+
+    def _displacements(self, unknowns: int) -> sparse.csr_array:
+        """Displacements of the places by the unknowns, shape (3 nodes, unknowns)."""
+        return _one_each((AXES * self.nodes[:, None] + np.arange(AXES)).ravel(), unknowns)
 
 
 def distributing_couplings(
@@ -207,21 +218,7 @@ def _groups(mean: Array, place: Array) -> Iterator[Group]:
         yield Group(members, factors.reshape(-1, len(members), AXES))
 
 
-_Entries = tuple[Indices, Indices, Array]
-
-
-def _entries(row: Indices, column: Indices, values: Array) -> _Entries:
-    """Rows by columns of values that are full, of shape (rows, *columns)."""
-    values = values.reshape(len(row), -1)
-    return np.repeat(row, values.shape[1]), np.tile(column.ravel(), len(row)), values.ravel()
-
-
-def _matrix(entries: Sequence[_Entries], shape: tuple[int, int]) -> sparse.csr_array:
-    row, column, value = (
-        np.concatenate([part[i] for part in entries] or [np.zeros(0, np.int64)]) for i in range(3)
-    )
-    return sparse.coo_array((value, (row, column)), shape=shape).tocsr()
-
-
-def _as_rows(entries: Sequence[_Entries], pivot: Indices, unknowns: Unknowns, name: str) -> Rows:
-    return Rows(_matrix(entries, (len(pivot), unknowns.size)), pivot, name)
+def _one_each(column: Indices, size: int) -> sparse.csr_array:
+    """Rows with a one in a column each, shape (columns, size)."""
+    entries = np.ones(len(column)), (np.arange(len(column)), column)
+    return sparse.coo_array(entries, shape=(len(column), size)).tocsr()
