@@ -133,11 +133,3 @@ def reduction_errors(name: str, case: str, basis: str) -> xr.Dataset:
         expected = xr.DataArray(whole[peaks].to_numpy()[at], dims="force")
         errors[what] = abs(100 * (sweep[peaks] / expected - 1))
     return xr.Dataset(errors)
-
-
-def largest_errors(errors: xr.Dataset) -> str:
-    """Largest errors over the forces as text, with a star where one is not known."""
-    texts = (f"{float(errors[what].max()):.2g}" for what in ("frequency", "amplitude"))
-    # no powers of ten
-    text = " / ".join(f"{float(each):g}" for each in texts)
-    return f"{text} *" if np.isnan(errors["amplitude"]).any() else text

@@ -122,11 +122,15 @@ class Sweep(Entry):
             yield ("vary",), "must have at least one key"
         if "backbone" in self.observe and self.amplitudes < 2:
             yield ("amplitudes",), "must be at least 2, the ends of the grid"
-        if self.converged_designs is not None and "converged-peaks" not in self.observe:
-            yield ("converged_designs",), "must not be given without converged-peaks in observe"
-        least = LEAST_BY_VARIABLE * (len(self.vary) + 2)
-        if self.converged_designs is not None and self.converged_designs < least:
-            yield ("converged_designs",), f"must be at least {least} with so many keys that vary"
+        if self.converged_designs is not None:
+            least = LEAST_BY_VARIABLE * (len(self.vary) + 2)
+            if "converged-peaks" not in self.observe:
+                yield ("converged_designs",), "must not be given without converged-peaks in observe"
+            elif self.converged_designs < least:
+                yield (
+                    ("converged_designs",),
+                    f"must be at least {least} with so many keys that vary",
+                )
         if self.amplitudes_mm is not None and self.amplitudes_mm[0] >= self.amplitudes_mm[1]:
             yield ("amplitudes_mm",), "must ascend"
         if self.levels is not None and (keys := LEVEL_KEYS & set(self.vary)):
