@@ -20,6 +20,7 @@ _NAMES = {
     "Joint": "joint.model",
     "LinearModes": "dynamics.response.methods",
     "MeasuredBackbone": "calibration.measured_backbone",
+    "MeasuredResponse": "calibration.measured_response",
     "ModalSynthesis": "dynamics.response.synthesis",
     "Parameter": "calibration.parameters",
     "Resonance": "dynamics.response.windows",

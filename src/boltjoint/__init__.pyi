@@ -5,6 +5,7 @@ from boltjoint.calibration.bolt_preloads import fit_preloads as fit_preloads
 from boltjoint.calibration.bolt_preloads import loosest_bolt as loosest_bolt
 from boltjoint.calibration.fit import fit as fit
 from boltjoint.calibration.measured_backbone import MeasuredBackbone as MeasuredBackbone
+from boltjoint.calibration.measured_response import MeasuredResponse as MeasuredResponse
 from boltjoint.calibration.parameters import Parameter as Parameter
 from boltjoint.dynamics.backbone.backbone import find_backbone as find_backbone
 from boltjoint.dynamics.backbone.backbone_at import backbone_at as backbone_at

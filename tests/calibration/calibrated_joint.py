@@ -6,8 +6,8 @@ import numpy as np
 
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
-from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.model import Joint

@@ -9,8 +9,8 @@ from small_joint import make_joint as make_other
 
 from boltjoint import backbone_at
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
-from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 
@@ -70,8 +70,8 @@ def test_points_are_those_of_the_traced_backbone():
         AMPLITUDES,
     )
     frequency, zeta = backbone_at(joint, AMPLITUDES, damping=damping)
-    assert points.curves[:, 0] == pytest.approx(frequency, rel=1e-9)
-    assert points.curves[:, 1] == pytest.approx(zeta, rel=1e-6)
+    assert points.values[:, 0] == pytest.approx(frequency, rel=1e-9)
+    assert points.values[:, 1] == pytest.approx(zeta, rel=1e-6)
 
 
 def test_all_derivatives_cost_less_than_a_traced_backbone():

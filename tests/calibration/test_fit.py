@@ -18,9 +18,9 @@ import boltjoint
 from boltjoint.calibration.calibration import Undetermined
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import Parameter, ParameterSpace, Prior
 from boltjoint.calibration.posterior_draws import pareto_shape
-from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.measurement.identification import IdentifiedMode
 

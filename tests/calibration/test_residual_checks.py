@@ -11,7 +11,7 @@ import boltjoint
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.measured_backbone import MeasuredBackbone
 from boltjoint.calibration.parameters import Parameter
-from boltjoint.calibration.residuals import (
+from boltjoint.calibration.residual_checks import (
     check_curve,
     losing_damping,
     runs_probability,

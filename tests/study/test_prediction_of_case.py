@@ -16,7 +16,7 @@ from measured_bar import (
 )
 
 from boltjoint.calibration import residuals
-from boltjoint.calibration.backbone_points import NotReached
+from boltjoint.calibration.level_path import NotReached
 from boltjoint.report.figures.backbones import plot_prediction
 from boltjoint.study.tables.backbones import tabulate_prediction
 

@@ -17,9 +17,9 @@ from scipy.interpolate import PchipInterpolator
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
-from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
+from boltjoint.calibration.measured_backbone import Measurement, curves_of
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import Parameter, ParameterSpace
-from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.damping import Damping, as_damping
 from boltjoint.joint.model import Joint
 from boltjoint.structure.model import Structure
@@ -186,7 +186,7 @@ class BoltPreloads:
 
 def fit_preloads(
     model: BoltPreloads,
-    measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+    measured: Sequence[Measurement] | Measurement,
     *,
     starts: int = 6,
     repetitions: int = 3,
@@ -240,7 +240,7 @@ def fit_preloads(
 
 def _settled(
     model: BoltPreloads,
-    curves: tuple[MeasuredBackbone, ...],
+    curves: tuple[Measurement, ...],
     state: Array,
     repetitions: int,
     options: CalibrationOptions,
@@ -256,7 +256,7 @@ def _settled(
     return found
 
 
-def _states(model: BoltPreloads, curves: tuple[MeasuredBackbone, ...]) -> list[Array]:
+def _states(model: BoltPreloads, curves: tuple[Measurement, ...]) -> list[Array]:
     """The state of the model and those with one loose bolt, that which meets curves best first."""
     compared = ModelCurves(model, curves, ParameterSpace(tuple(model.parameters())))
     states = [model.state]

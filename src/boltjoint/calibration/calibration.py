@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from boltjoint import checks
-from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
+from boltjoint.calibration.measured_backbone import Measurement, curves_of
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.posterior_draws import ImportanceDraws, importance_draws
 from boltjoint.calibration.prediction import PredictedCurve, predict_curves
 from boltjoint.calibration.profile import Profiles
-from boltjoint.calibration.residuals import CurveCheck, ModelCurves, check_curve
+from boltjoint.calibration.residual_checks import CurveCheck, check_curve
 
 Array = NDArray[np.float64]
 
@@ -204,7 +205,7 @@ class Calibration:
 
     def predict(
         self,
-        measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+        measured: Sequence[Measurement] | Measurement,
         count: int = 400,
         seed: int = 1,
         processes: int = 1,
@@ -230,12 +231,15 @@ class Calibration:
         return predict_curves(compared, self.scaled, drawn, seed, processes)
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
-        """Frequency [Hz] and damping ratio of each curve, (points, 2), at measured amplitudes."""
+        """Values of each curve, (points, quantities), at measured amplitudes.
+
+        Frequency [Hz] and damping ratio of a backbone; those of ``MeasuredResponse.values``.
+        """
         points = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
         return [curves for curves, _ in points]
 
     def bands(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
-        """Standard deviation of each curve of the model by that of its parameters, (points, 2).
+        """Standard deviation of the values of each curve by that of the parameters.
 
         The scatter of a new measurement is not in it.
         """
@@ -243,8 +247,11 @@ class Calibration:
         return [np.linalg.norm(slopes @ self.covariance_root, axis=-1) for _, slopes in points]
 
     @property
-    def rms_errors(self) -> list[tuple[float, float]]:
-        """Root mean square of the relative errors of frequency and damping of each curve."""
+    def rms_errors(self) -> list[tuple[float, ...]]:
+        """Root mean square of the errors of each curve, by its quantities.
+
+        Relative ones of frequency, damping and excitation; of phases in rad.
+        """
         pairs = zip(self.compared.measured, self.curves(), strict=True)
         return [curve.rms_errors(model) for curve, model in pairs]
 
@@ -275,6 +282,10 @@ class Calibration:
             else:
                 low, high = self.interval(name)
                 lines.append(f"{name} = {value:.4g} (95 %: {low:.4g} to {high:.4g})")
-        for curve, (f, z) in zip(self.compared.measured, self.rms_errors, strict=True):
-            lines.append(f"{curve.name}: {f:.2g} rms in frequency and {z:.2g} in damping, relative")
+        for curve, errors in zip(self.compared.measured, self.rms_errors, strict=True):
+            told = zip(errors, curve.quantities, strict=True)
+            parts = " and ".join(
+                f"{error:.2g} {'rad ' if of == 'phase' else ''}rms in {of}" for error, of in told
+            )
+            lines.append(f"{curve.name}: {parts}, relative")
         return "\n".join(lines)

@@ -1,4 +1,4 @@
-"""Calibration: least squares of measured backbones from several starts, with exact derivatives."""
+"""Calibration: least squares of measured curves from several starts, with exact derivatives."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,9 +10,9 @@ from scipy.optimize import OptimizeResult, least_squares
 
 from boltjoint import checks
 from boltjoint.calibration.calibration import Calibration
-from boltjoint.calibration.measured_backbone import MeasuredBackbone, curves_of
+from boltjoint.calibration.measured_backbone import Measurement, curves_of
+from boltjoint.calibration.model_curves import Evaluator, Model, ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
-from boltjoint.calibration.residuals import Evaluator, Model, ModelCurves
 from boltjoint.config.measured import AMPLITUDE_SCALE, Loss
 from boltjoint.damping import Damping
 from boltjoint.joint.model import Joint
@@ -56,14 +56,14 @@ class CalibrationOptions(Options):
 
 def fit(
     model: Joint | JointParameters | Model,
-    measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
+    measured: Sequence[Measurement] | Measurement,
     parameters: Sequence[Parameter],
     *,
     damping: Damping | float = 0.0,
     loss: str = "linear",
     options: CalibrationOptions | None = None,
 ) -> Calibration:
-    """Fit parameters of a joint to measured backbones.
+    """Fit parameters of a joint to measured backbones and responses.
 
     Parameters
     ----------
@@ -119,13 +119,14 @@ def fit(
     )
 
 
-def _require_values(curves: Sequence[MeasuredBackbone], space: ParameterSpace) -> None:
+def _require_values(curves: Sequence[Measurement], space: ParameterSpace) -> None:
     """Refuse parameters that the curves do not tell."""
     names = [curve.name for curve in curves]
-    values = 2 * sum(curve.amplitude.size for curve in curves)
+    points = sum(curve.amplitude.size for curve in curves)
+    values = sum(curve.amplitude.size * len(curve.quantities) for curve in curves)
     if values < len(space.names):
         raise ValueError(
-            f"measured has {values // 2} points, {values} values: "
+            f"measured has {points} points, {values} values: "
             f"too few for {len(space.names)} parameters"
         )
     for name in space.names:

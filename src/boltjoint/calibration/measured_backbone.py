@@ -1,12 +1,13 @@
 """Measured backbones as a calibration takes them: curves with their standard deviations."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.measured_response import MeasuredResponse, require_configuration
 from boltjoint.config.measured import MODAL
 from boltjoint.measurement.identification import IdentifiedMode
 from boltjoint.measurement.signals import MOTIONS
@@ -30,7 +31,14 @@ class MeasuredBackbone:
     quantity
         ``displacement``, ``velocity``, ``acceleration`` or ``modal``.
     resonance
-        Number of the mode in the model, from 1; by default that of the nearest frequency.
+        Number of the mode in the model, from 1; by default that of the shape, or of the nearest
+        frequency.
+    shape
+        Amplitudes of two or more sensors in the mode, by the names of outputs of the model, with
+        signs: the mode of the model is that of the largest modal assurance criterion (MAC).
+    configuration
+        Values of the model in which it was measured, by their names, as ``preload_N``: they take
+        the place of fitted ones.
     sensor
         Name of the output of the model; by default its output point.
     name
@@ -51,6 +59,8 @@ class MeasuredBackbone:
     resonance: int | None = None
     sensor: str | None = None
     name: str = "mode"
+    shape: Mapping[str, float] | None = None
+    configuration: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Refuse what is no curve, and sort it by the amplitude."""
@@ -60,6 +70,9 @@ class MeasuredBackbone:
             checks.whole("resonance", self.resonance, at_least=1)
         if self.sensor is not None:
             checks.instance("sensor", self.sensor, str)
+        if self.shape is not None:
+            self._require_shape(self.shape)
+        require_configuration(self.configuration)
         amplitude = checks.array("amplitude", self.amplitude, ("points",), above=0)
         if amplitude.size == 0:
             raise ValueError(f"amplitude of {self.name} is empty: a curve has a point at least")
@@ -76,6 +89,29 @@ class MeasuredBackbone:
             value = check(name, getattr(self, name), amplitude.shape, **limits)
             object.__setattr__(self, name, value[order])
 
+    def _require_shape(self, shape: Mapping[str, float]) -> None:
+        """Refuse a shape that tells no mode."""
+        if self.resonance is not None:
+            raise ValueError(f"{self.name} has a shape and a resonance: one of them tells its mode")
+        checks.mapping("shape", shape)
+        for sensor, value in shape.items():
+            checks.number(f"shape of {self.name} at {sensor}", value)
+        if np.count_nonzero(list(shape.values())) < 2:
+            raise ValueError(
+                f"shape of {self.name} has {len(shape)} sensors: two that move are needed"
+            )
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Names of outputs that the model must have."""
+        own = () if self.sensor is None else (self.sensor,)
+        return (*own, *(self.shape or ()))
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """What is compared."""
+        return "frequency", "damping"
+
     @property
     def values(self) -> Array:
         """Frequency [Hz] and damping ratio, shape (points, 2)."""
@@ -85,6 +121,10 @@ class MeasuredBackbone:
     def deviations(self) -> Array:
         """Standard deviations of the values, shape (points, 2)."""
         return np.column_stack([self.frequency_deviation, self.damping_deviation])
+
+    def difference(self, model: Array) -> Array:
+        """Values of a model less those measured, (points, 2)."""
+        return model - self.values
 
     def rms_errors(self, model: Array) -> tuple[float, float]:
         """Root mean square of the relative errors of frequency and damping of a model.
@@ -135,9 +175,11 @@ class MeasuredBackbone:
         )
 
 
-def curves_of(
-    measured: Sequence[MeasuredBackbone] | MeasuredBackbone,
-) -> tuple[MeasuredBackbone, ...]:
+#: what a fit compares with a model
+Measurement = MeasuredBackbone | MeasuredResponse
+
+
+def curves_of(measured: Sequence[Measurement] | Measurement) -> tuple[Measurement, ...]:
     """One or several curves as a tuple.
 
     Raises
@@ -145,8 +187,9 @@ def curves_of(
     ValueError
         If there is none, or one is of another kind.
     """
-    curves = (measured,) if isinstance(measured, MeasuredBackbone) else measured
-    checks.sequence("measured", curves, MeasuredBackbone)
+    kinds = MeasuredBackbone, MeasuredResponse
+    curves = (measured,) if isinstance(measured, kinds) else measured
+    checks.sequence("measured", curves, *kinds)
     if not curves:
         raise ValueError("measured is empty: there must be one curve at least")
     return tuple(curves)

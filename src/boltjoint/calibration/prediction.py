@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.calibration.backbone_points import NotReached
-from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.residuals import ModelCurves
+from boltjoint import checks
+from boltjoint.calibration.level_path import NotReached
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, Measurement
+from boltjoint.calibration.model_curves import ModelCurves
 
 Array = NDArray[np.float64]
 
@@ -37,51 +38,52 @@ class Shift(NamedTuple):
 
 @dataclass(frozen=True)
 class PredictedCurve:
-    """A measured backbone beside the one that is predicted at its amplitudes.
+    """A measured curve beside the one that is predicted at its amplitudes.
 
     Attributes
     ----------
     measured
         As measured, (points,) amplitudes.
     resonance
-        Number of the mode in the model.
+        Number of the mode in the model; None of a response.
     curve
-        Frequency [Hz] and damping ratio at the best fit, shape (points, 2); NaN where the mode is
-        not reached at all amplitudes.
+        Values at the best fit, frequency [Hz] and damping ratio of a backbone or those of
+        ``MeasuredResponse.values``, shape (points, quantities); NaN where the motion is not reached
+        at all amplitudes.
     draws
-        The same of each posterior draw that reaches them, (draws, points, 2).
+        The same of each posterior draw that reaches them, (draws, points, quantities).
     scatter
         ``draws`` with the stated scatter of the measurement: what would be measured.
     """
 
-    measured: MeasuredBackbone
-    resonance: int
+    measured: Measurement
+    resonance: int | None
     curve: Array
     draws: Array
     scatter: Array
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Ends of the 95 % interval of a measurement at each amplitude, each (points, 2)."""
+        """Ends of the 95 % interval of a measurement at each amplitude, (points, quantities)."""
         low, high = _ends(self.scatter)
         return low, high
 
     @property
-    def points_within(self) -> tuple[int, int]:
-        """Number of measured frequencies and damping ratios within their bands."""
+    def points_within(self) -> tuple[int, ...]:
+        """Number of measured values within their bands, by their quantities."""
         low, high = self.band
         values = self.measured.values
-        f, z = np.count_nonzero((low <= values) & (values <= high), axis=0)
-        return int(f), int(z)
+        return tuple(np.count_nonzero((low <= values) & (values <= high), axis=0).tolist())
 
     @property
-    def rms_errors(self) -> tuple[float, float]:
-        """Root mean square of the relative errors of frequency and damping."""
+    def rms_errors(self) -> tuple[float, ...]:
+        """Root mean square of the errors, as of ``Calibration``."""
         return self.measured.rms_errors(self.curve)
 
     @property
     def shift(self) -> Shift:
-        """Change of the frequency from the lowest to the largest amplitude."""
+        """Change of the frequency of a backbone from the lowest to the largest amplitude."""
+        checks.instance("measured curve with a shift", self.measured, MeasuredBackbone)
         measured = self.measured.frequency
         low, high = _ends(self.scatter[:, -1, 0] - self.scatter[:, 0, 0])
         predicted = self.curve[-1, 0] - self.curve[0, 0]
@@ -169,4 +171,6 @@ def _curve_at(compared: ModelCurves, scaled: Array) -> Array | None:
         ((curve, _),) = compared.curves_at(scaled, slopes=False)
     except NotReached:
         return None
-    return curve
+    (measured,) = compared.measured
+    # phases within half a turn of those measured
+    return measured.values + measured.difference(curve)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq, least_squares
 from scipy.stats import norm
 
+from boltjoint.calibration.model_curves import Evaluator, ModelCurves
 from boltjoint.calibration.posterior_draws import Proposal, of_least_squares
-from boltjoint.calibration.residuals import Evaluator, ModelCurves
 from boltjoint.calibration.ridge import Ridge
 
 Array = NDArray[np.float64]

@@ -8,9 +8,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.posterior_draws import LARGEST_PARETO_K
 from boltjoint.calibration.prediction import PredictedCurve, Shift, predict_curves
-from boltjoint.calibration.residuals import ModelCurves
 from boltjoint.config.measured import Measured
 from boltjoint.dataset import quantity
 from boltjoint.joint.model import Joint

@@ -1,0 +1,211 @@
+"""Solutions of equations along ascending amplitudes, and neighbours of a model for derivatives.
+
+Used for modes (``backbone_points``) and for forced motion (``response_points``) at the amplitudes
+that a sensor measured.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
+
+Array = NDArray[np.float64]
+
+#: iterations of Newton's method, and relative change of the unknown at which it ends
+_ITERATIONS, _TOLERANCE = 12, 1e-9
+
+#: how far the correction of a step may lead, and how often a step in amplitude is halved
+_LARGEST, _HALVINGS = 0.5, 10
+
+#: difference of levels that is rounding
+_SAME = 1e-12
+
+#: what a correction with the factors of the one before may leave, over the tolerance
+_KEPT = 1e-6
+
+#: second term of a guess over the first one, at most
+_LARGEST_BEND = 0.3
+
+#: step of central differences of the residual: their error, its square, is as small as rounding
+_STEP = 1e-6
+
+
+class NotReached(ValueError):
+    """A motion that was not found at a measured amplitude."""
+
+
+class LUFactors(NamedTuple):
+    """LU factors of a matrix, and the rows that were exchanged."""
+
+    lower_and_upper: Array
+    pivots: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, matrix: Array) -> "LUFactors | None":
+        """Those of a matrix; None where it is singular or not finite."""
+        lower_and_upper, pivots, singular = dgetrf(matrix)
+        if singular or not np.all(np.isfinite(lower_and_upper.diagonal())):
+            return None
+        return cls(lower_and_upper, pivots)
+
+    def solve(self, right: Array) -> Array:
+        """Solutions with right sides, (unknowns,) or (unknowns, sides)."""
+        return dgetrs(self.lower_and_upper, self.pivots, right)[0]
+
+
+class LevelCurve(NamedTuple):
+    """What was solved at the points of a curve, with derivatives.
+
+    Attributes
+    ----------
+    values
+        Shape (points, quantities).
+    by_amplitude, by_parameter
+        Derivatives by the logarithm of the amplitude, (points, quantities), and by each parameter
+        in its scale, (points, quantities, parameters); of no points where no parameter is asked
+        for.
+    """
+
+    values: Array
+    by_amplitude: Array
+    by_parameter: Array
+
+    @classmethod
+    def of(cls, values: Sequence[Array], slopes: Sequence[Array]) -> "LevelCurve":
+        """From values of each point, and their derivatives by ln(amplitude) and all parameters."""
+        both = np.array(values)
+        derivatives = np.array(slopes)
+        if not len(slopes):
+            derivatives = np.empty((0, both.shape[1], 1))
+        return cls(both, derivatives[:, :, 0], derivatives[:, :, 1:])
+
+
+class LevelSystem(Protocol):
+    """Equations of a motion whose last one sets the logarithm of the amplitude of a sensor."""
+
+    def residual(self, y: Array, level: float) -> Array:
+        """Residual at an unknown, and at a level of ln(amplitude)."""
+        ...
+
+    def factors(self, y: Array) -> LUFactors | None:
+        """Factors of the Jacobian where the residual was evaluated last; None if singular."""
+        ...
+
+    def is_possible(self, y: Array) -> bool:
+        """Whether an unknown may be one of a motion: no negative square of a frequency."""
+        ...
+
+
+class LevelPath:
+    """The motion at one ln(amplitude) after another, each guessed from those before.
+
+    Parameters
+    ----------
+    system, guess, level
+        Equations, and a guess of their solution at the first level.
+
+    Raises
+    ------
+    NotReached
+        If there is no motion near the guess.
+    """
+
+    def __init__(self, system: LevelSystem, guess: Array, level: float) -> None:
+        self._system = system
+        found = corrected(system, guess, level)
+        if found is None:
+            raise _not_reached(level)
+        y, factors = found
+        self.y, self.level, self._factors = y, level, factors
+        self._tangent, self._bend = self._slope(), np.zeros_like(y)
+
+    def advance(self, end: float) -> None:
+        """Go to a higher level, in as many steps as it needs."""
+        length, halvings = end - self.level, 0
+        while self.level < end:
+            level = end if self.level + length >= end - _SAME else self.level + length
+            step = level - self.level
+            guess = self.y + step * self._tangent
+            bend = step**2 / 2 * self._bend
+            # across a corner of the law slopes tell nothing of what follows
+            if np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(step * self._tangent):
+                guess += bend
+            found = corrected(self._system, guess, level)
+            if found is None:
+                halvings += 1
+                if halvings > _HALVINGS:
+                    raise _not_reached(level)
+                length /= 2
+                continue
+            before = self._tangent
+            self.y, self._factors = found
+            self.level = level
+            self._tangent = self._slope()
+            self._bend = (self._tangent - before) / step
+
+    def _slope(self) -> Array:
+        """Derivative of the unknown by the level."""
+        right = np.zeros_like(self.y)
+        right[-1] = 1.0
+        return self._factors.solve(right)
+
+
+def _not_reached(level: float) -> NotReached:
+    return NotReached(f"no motion was found at the amplitude {np.exp(level):.3g}")
+
+
+def corrected(system: LevelSystem, y: Array, level: float) -> tuple[Array, LUFactors] | None:
+    """Newton's method at a level of ln(amplitude), with factors near there; None if it fails.
+
+    A correction with the factors of the one before is the last where it is so much smaller that
+    what it leaves, which falls about as fast again, is far below the tolerance.
+    """
+    factors, before = None, 0.0
+    for _ in range(_ITERATIONS):
+        if not (np.all(np.isfinite(y)) and system.is_possible(y)):
+            return None
+        residual = system.residual(y, level)
+        if factors is not None:
+            change = factors.solve(residual)
+            size = np.linalg.norm(change)
+            if size**2 <= _KEPT * _TOLERANCE * np.linalg.norm(y) * before:
+                return y - change, factors
+        factors = system.factors(y)
+        if factors is None:
+            return None
+        change = factors.solve(residual)
+        size = np.linalg.norm(change)
+        is_whole = size <= _LARGEST
+        y = y - change * (1.0 if is_whole else _LARGEST / size)
+        if size <= _TOLERANCE * np.linalg.norm(y):
+            return y, factors
+        before = float(size) if is_whole else 0.0
+    return None
+
+
+Model = TypeVar("Model")
+
+
+def neighbours_of(
+    model_at: Callable[[Array], Model], scaled: Array, bounds: tuple[Array, Array]
+) -> list[tuple[Model, Model, float]]:
+    """A model on both sides of each parameter within its bounds, and the difference of both.
+
+    Parameters
+    ----------
+    model_at
+        The model by parameters in their scales.
+    scaled, bounds
+        The parameters, and lowest and highest of each.
+    """
+    pairs = []
+    for n in range(scaled.size):
+        step = _STEP * max(abs(scaled[n]), 1.0)
+        low, high = scaled.copy(), scaled.copy()
+        # beyond its bounds a parameter may mean nothing
+        low[n] = max(low[n] - step, min(bounds[0][n], low[n]))
+        high[n] = min(high[n] + step, max(bounds[1][n], high[n]))
+        pairs.append((model_at(low), model_at(high), high[n] - low[n]))
+    return pairs

@@ -1,0 +1,196 @@
+"""Excitation that forces a measured motion, and its derivatives by parameters.
+
+At a measured frequency the sensor is held at its measured amplitude, and the excitation that this
+needs is unknown. Unlike the amplitude under a given force, which has several values between folds,
+there is one::
+
+    (L + i H - w^2) phi + f(a phi) / a = g E,   row . phi = |row|
+
+with the modes L, damping H and contact force f of a joint, a phi its motion, E its excitation of
+level 1 and a g the level with its phase. Derivatives are those of the implicit function theorem, as
+in ``backbone_points``.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from boltjoint.calibration.level_path import LevelCurve, LevelPath, LUFactors, NotReached, corrected
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.measurement.signals import MOTIONS
+from boltjoint.solvers.equations import LazyJacobian
+
+Array = NDArray[np.float64]
+
+#: first amplitude over the measured one, where the response without slip is a guess
+_FIRST = 1e-3
+
+
+class SensedMotion:
+    """The equations of a motion at one frequency, with the amplitude that a sensor measures.
+
+    The unknown holds phi, real and imaginary part of g over the square of the frequency, and ln a.
+
+    Parameters
+    ----------
+    balance
+        Of a joint under an excitation of level 1.
+    row
+        Modes at the sensor, shape (linear modes,).
+    quantity
+        What it measures.
+    w
+        Frequency [rad/s].
+    """
+
+    def __init__(self, balance: HarmonicBalance, row: Array, quantity: str, w: float) -> None:
+        self.w = w
+        self._balance, self._row, self._order = balance, row, MOTIONS[quantity]
+        self._length = float(np.linalg.norm(row))
+        #: excitation of level 1, and the same a quarter of a period later, (unknowns, 2)
+        self._excitation = np.column_stack([balance.modal_force, self._later(balance.modal_force)])
+        #: where the residual was evaluated last: without excitation, and its Jacobian
+        self._unexcited = np.zeros(0)
+        self._stiffness: LazyJacobian = lambda: np.zeros((0, 0))
+
+    def level(self, amplitude: float) -> float:
+        """Logarithm of a for an amplitude of the sensor."""
+        return float(np.log(amplitude / self.w**self._order / self._length))
+
+    def stuck(self, level: float) -> Array:
+        """The motion without slip.
+
+        Raises
+        ------
+        NotReached
+            If the excitation does not move the sensor.
+        """
+        response = self._balance.stuck_solution(self.w)
+        s, c = (part @ self._row for part in self._parts(response))
+        square = s * s + c * c
+        if square <= 0:
+            raise NotReached("the excitation does not move the sensor")
+        # the response times a complex number, of which that of the sensor becomes real
+        real, imaginary = self._length / square * np.array([s, -c])
+        phi = real * response + imaginary * self._later(response)
+        return np.append(phi, [real / self.w**2, imaginary / self.w**2, level])
+
+    def residual(self, y: Array, level: float) -> Array:
+        """Residual at an unknown; the last entry is that of the level."""
+        phi, a = y[:-3], np.exp(y[-1])
+        excited, self._stiffness = self._balance.residual_and_jacobian(a * phi, self.w)
+        self._unexcited = excited + self._balance.modal_force
+        residual = np.empty(y.size)
+        residual[:-3] = self._unexcited / (a * self.w**2) - self._excitation @ y[-3:-1]
+        s, c = self._parts(phi)
+        residual[-3:] = s @ self._row - self._length, c @ self._row, y[-1] - level
+        return residual
+
+    def factors(self, y: Array) -> LUFactors | None:
+        """Factors of the Jacobian where the residual was evaluated last; None if singular."""
+        phi, a, n = y[:-3], np.exp(y[-1]), y.size - 3
+        stiffness = self._stiffness()
+        matrix = np.zeros((y.size, y.size))
+        matrix[:n, :n] = stiffness / self.w**2
+        matrix[:n, n : n + 2] = -self._excitation
+        matrix[:n, -1] = (stiffness @ phi - self._unexcited / a) / self.w**2
+        for place, part in zip((n, n + 1), self._parts(np.arange(n)), strict=True):
+            matrix[place, part] = self._row
+        matrix[-1, -1] = 1.0
+        return LUFactors.of(matrix)
+
+    def is_possible(self, _: Array) -> bool:
+        """Any unknown may be that of a motion."""
+        return True
+
+    def excitation(self, y: Array) -> tuple[Array, Array]:
+        """Logarithm of the excitation, and phase of the response from it [rad].
+
+        Returns
+        -------
+        values : ndarray
+            Both, (2,).
+        derivatives : ndarray
+            By the two parts of g and by ln a, (2, 3).
+        """
+        real, imaginary, log_a = y[-3:]
+        square = real**2 + imaginary**2
+        size = 0.5 * np.log(square) + 2 * np.log(self.w) + log_a
+        phase = self._order * np.pi / 2 - np.arctan2(imaginary, real)
+        by_size = [real / square, imaginary / square, 1.0]
+        by_phase = [imaginary / square, -real / square, 0.0]
+        return np.array([size, phase]), np.array([by_size, by_phase])
+
+    def _later(self, x: Array) -> Array:
+        return self._balance.components.later(x).ravel()
+
+    def _parts(self, x: NDArray) -> tuple[NDArray, NDArray]:
+        """Sine and cosine of the first harmonic in a vector of all components."""
+        components = self._balance.components
+        rows = components.rows(x)
+        return rows[components.sin()], rows[components.cos()]
+
+
+def solve_motions(
+    balance: HarmonicBalance,
+    row: Array,
+    quantity: str,
+    frequency: Array,
+    amplitude: Array,
+    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]] = (),
+) -> LevelCurve:
+    """Logarithm of the excitation of measured motions and phase of these from it [rad].
+
+    Parameters
+    ----------
+    balance, row, quantity
+        As of ``SensedMotion``.
+    frequency
+        Of each point [Hz], shape (points,): neighbours help to solve each other.
+    amplitude
+        Of the sensor [SI unit of its quantity], (points,).
+    neighbours
+        By parameter the balance with a lower and a higher value, and the difference of both in the
+        scale of the parameter.
+
+    Raises
+    ------
+    NotReached
+        If a motion is not found.
+    """
+    values, slopes, before = [], [], None
+    for w, a in zip(2 * np.pi * frequency, amplitude, strict=True):
+        motion = SensedMotion(balance, row, quantity, w)
+        y, factors = _solved(motion, motion.level(a), before)
+        before = y
+        value, by_unknown = motion.excitation(y)
+        values.append(value)
+        if neighbours:
+            right = np.zeros((y.size, 1 + len(neighbours)))
+            right[-1, 0] = 1.0
+            for n, (low, high, difference) in enumerate(neighbours, start=1):
+                change = np.subtract(
+                    *(SensedMotion(b, row, quantity, w).residual(y, y[-1]) for b in (high, low))
+                )
+                right[:-1, n] = -change[:-1] / difference
+            slopes.append(by_unknown @ factors.solve(right)[-3:])
+    return LevelCurve.of(values, slopes)
+
+
+def _solved(motion: SensedMotion, level: float, near: Array | None) -> tuple[Array, LUFactors]:
+    """The motion at a level, from one nearby or that without slip, and factors of its matrix."""
+    if near is not None and (found := corrected(motion, near, level)) is not None:
+        return found[0], _factors_at(motion, found[0], level)
+    first = level + np.log(_FIRST)
+    path = LevelPath(motion, motion.stuck(first), first)
+    path.advance(level)
+    return path.y, _factors_at(motion, path.y, level)
+
+
+def _factors_at(motion: SensedMotion, y: Array, level: float) -> LUFactors:
+    motion.residual(y, level)
+    factors = motion.factors(y)
+    if factors is None:
+        raise NotReached(f"the matrix of a motion at {motion.w / (2 * np.pi):.4g} Hz is singular")
+    return factors
