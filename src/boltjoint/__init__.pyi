@@ -1,9 +1,9 @@
 """Types of the names that ``__init__.py`` imports when they are first asked for."""
 
 from boltjoint.calibration.bolt_preloads import BoltPreloads as BoltPreloads
-from boltjoint.calibration.bolt_preloads import fit_preloads as fit_preloads
-from boltjoint.calibration.bolt_preloads import loosest_bolt as loosest_bolt
 from boltjoint.calibration.fit import fit as fit
+from boltjoint.calibration.fit_preloads import fit_preloads as fit_preloads
+from boltjoint.calibration.fit_preloads import loosest_bolt as loosest_bolt
 from boltjoint.calibration.measured_backbone import MeasuredBackbone as MeasuredBackbone
 from boltjoint.calibration.measured_response import MeasuredResponse as MeasuredResponse
 from boltjoint.calibration.parameters import Parameter as Parameter

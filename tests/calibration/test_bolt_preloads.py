@@ -16,8 +16,9 @@ from boltjoint import (
     find_modes,
     fit,
 )
-from boltjoint.calibration.bolt_preloads import BoltPreloads, fit_preloads, loosest_bolt
+from boltjoint.calibration.bolt_preloads import BoltPreloads
 from boltjoint.calibration.fit import CalibrationOptions
+from boltjoint.calibration.fit_preloads import fit_preloads, loosest_bolt
 from boltjoint.damping import as_damping
 from boltjoint.structure.makers.registry import structure_of
 

@@ -9,7 +9,7 @@ from small_study import ASSEMBLY, CASE, SETTINGS, write
 
 from boltjoint.config.conflicts_of_measured import calibrated_content
 from boltjoint.config.csv_table import TableError
-from boltjoint.config.measured import MOST_POINTS, read_backbone_table
+from boltjoint.config.measured_tables import MOST_POINTS, read_backbone_table
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
 from boltjoint.study import memory_and_time_of_study as needs
@@ -107,7 +107,7 @@ CURVE = ("curves", 0)
 @pytest.mark.parametrize(
     ("path", "value", "line"),
     [
-        (("curves",), [], "curves: [] must have at least 1 entry"),
+        (("curves",), [], "curves: [] is missing: there must be a curve"),
         (("parameters",), {}, "parameters: "),
         (("starts",), 0, "starts: 0 must be at least 1"),
         (("starts",), 1001, "starts: 1001 must be at most 1000"),
@@ -123,6 +123,41 @@ CURVE = ("curves", 0)
             (*CURVE, "rows"),
             {"frequency_Hz": 7},
             "has no row with frequency_Hz 7; frequency_Hz is 340.0, 338.0, 335.0",
+        ),
+        (
+            ("curves",),
+            [{"file": FILE, **SCATTER}],
+            "curves[0].name: is missing: a curve without a resonance needs one",
+        ),
+        (
+            (*CURVE, "shape"),
+            {"tip": 1.0, "root": -0.5},
+            "must not stand beside resonance",
+        ),
+        (
+            ("curves",),
+            [{"file": FILE, "name": "bending", "shape": {"tip": 1, "root": -1}, **SCATTER}],
+            "no sensor of the case; there are: output",
+        ),
+        (
+            (*CURVE, "configuration"),
+            {"preload": 5000},
+            "curves[0].configuration.preload: 5000 is no key that is fitted; did you",
+        ),
+        (
+            (*CURVE, "configuration"),
+            {"preload_N": -5000},
+            "curves[0].configuration.preload_N: -5000 ",
+        ),
+        (
+            ("parameters", "preload_ratios[2]"),
+            {"low": 0.1, "high": 1.2},
+            "preload_ratios[2]: ",
+        ),
+        (
+            ("parameters", "preload_ratios[0]"),
+            {"low": -0.1, "high": 1.2, "log": False},
+            "preload_ratios[0].low: -0.1 must be greater than 0: it is a ratio",
         ),
         ((*CURVE, "rows"), {"frequency_Hz": []}, "frequency_Hz: [] must be a number or a word"),
         (("predicted",), [MEASURED["curves"][0]], "predicted[0].name: must not be mode-1, as of a"),

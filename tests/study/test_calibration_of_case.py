@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from measured_bar import (
     CASE,
+    FILE,
     FRICTION,
     MEASURED,
     MODEL,
@@ -11,13 +12,17 @@ from measured_bar import (
     backbone,
     calibration_of_truth,
     case_with,
+    content_of,
     fitted,
     written,
 )
 from small_joint import make_joint
 
+from boltjoint import solve_branch
 from boltjoint.config.case import Case
+from boltjoint.config.measured import Measured
 from boltjoint.config.strict_yaml import parse_mapping
+from boltjoint.study.calibration_of_case import calibrate
 from boltjoint.study.fitted_case import fitted_case
 from boltjoint.study.tables.backbones import (
     tabulate_correlation,
@@ -207,3 +212,60 @@ def test_a_fit_that_leaves_no_draws_within_its_bounds_has_an_answer():
     assert " Cannot be told: preload_N (" in found.attrs["answer"]
     posterior = tabulate_posterior(found)
     assert len(posterior) == len(found["parameter"])
+
+
+def stepped_sine(values, force, **changes):
+    """The file of a response of the joint with other parameters."""
+    joint, damping = MODEL(values)
+    branch = solve_branch(joint, force, damping=damping)
+    every = slice(None, None, max(1, branch.frequency.size // 25))
+    pairs = zip(branch.frequency[every], 1e3 * branch.amplitude[every], strict=True)
+    rows = [f"{f:.17g},{a:.17g},{force}" for f, a in pairs]
+    return "\n".join(["frequency_Hz,displacement_mm,force_N", *rows]) + "\n"
+
+
+SINES = {"low": 1.0, "high": 12.0}
+RESPONSES = [
+    {"file": f"config/{name}.csv", "name": name, "excitation_error_percent": 1} for name in SINES
+]
+
+
+def test_stepped_sines_alone_give_back_the_parameters():
+    measured = MEASURED | {"curves": [], "responses": RESPONSES, "starts": 3}
+    texts = {f"config/{name}.csv": stepped_sine(TRUTH, force) for name, force in SINES.items()}
+    case = CASE | {"measured": measured}
+    found = calibrate(make_joint(), content_of(case), Measured.model_validate(measured), texts)
+    for name, value in TRUTH.items():
+        assert found["value"].sel(parameter=name) == pytest.approx(value, rel=1e-5)
+    assert list(found["response"].to_numpy()) == list(SINES)
+    assert found["model_excitation"].to_numpy() == pytest.approx(
+        found["response_excitation"].to_numpy(), rel=1e-6
+    )
+    assert np.isnan(found["model_phase"]).all()
+    points = found.sizes["response_point"]
+    assert found.attrs["answer"].startswith(f"Fitted to {points} measured points: ")
+    assert " % in excitation (low); " in found.attrs["answer"]
+    assert found.sizes["curve"] == found.sizes["grid"] == 0
+    residuals = tabulate_residuals(found)
+    assert residuals["curve"].tolist() == list(SINES)
+    assert residuals["quantity"].tolist() == ["excitation", "excitation"]
+    assert residuals["resonance"].isna().all()
+    assert residuals["points"].sum() == points
+    assert (residuals["rms_error_percent"] < 1e-3).all()
+
+
+def test_a_configuration_of_its_own_is_that_of_a_curve():
+    """Both at once: the preload is halved in one test, and fitted in neither."""
+    half = backbone(TRUTH | {"preload_N": 500.0})
+    loose = MEASURED["curves"][0] | {
+        "name": "loose",
+        "file": "config/loose.csv",
+        "configuration": {"preload_N": 500},
+    }
+    measured = MEASURED | {"curves": [MEASURED["curves"][0], loose], "starts": 1}
+    texts = {FILE: written(backbone(TRUTH)), "config/loose.csv": written(half)}
+    content = content_of(CASE | {"measured": measured})
+    found = calibrate(make_joint(), content, Measured.model_validate(measured), texts)
+    for name, value in TRUTH.items():
+        assert found["value"].sel(parameter=name) == pytest.approx(value, rel=1e-4)
+    assert found.attrs["refusals"] == ""

@@ -15,7 +15,7 @@ from measured_bar import (
     written,
 )
 
-from boltjoint.calibration import residuals
+from boltjoint.calibration import model_curves
 from boltjoint.calibration.level_path import NotReached
 from boltjoint.report.figures.backbones import plot_prediction
 from boltjoint.study.tables.backbones import tabulate_prediction
@@ -48,7 +48,7 @@ def test_amplitudes_that_the_model_does_not_reach_are_said(monkeypatch):
     def not_reached(*_):
         raise NotReached("no mode was found at the amplitude 1")
 
-    monkeypatch.setattr(residuals, "solve_points", not_reached)
+    monkeypatch.setattr(model_curves, "solve_points", not_reached)
     text = written(backbone(TRUTH, 2, OF_SECOND), amplitudes=OF_SECOND)
     prediction = predicted(case_with(predicted=[SECOND]), calibration_of_truth(), text)
     said = "mode-2 cannot be predicted: the model does not reach its amplitudes"

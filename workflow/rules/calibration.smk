@@ -2,6 +2,7 @@ rule calibrate_joint:
     input:
         joint=lambda w: layout.path("joint", **contents.calibrated(w.case)),
         tables=lambda w: measured_files(w.case),
+        tightened=lambda w: tightened_of(w.case),
     output:
         calibration=layout.PATHS["calibration"],
     log:
@@ -16,6 +17,7 @@ rule calibrate_joint:
     params:
         library=library("calibrate_joint.py"),
         case=lambda w: calibrated_content(study.case(w.case)),
+        excited=lambda w: excited_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(exclude={"predicted"}),
         files=lambda w: {file: study.hashes[file] for file in measured_files(w.case)},
     script:
@@ -27,6 +29,7 @@ rule predict_measured:
         joint=lambda w: layout.path("joint", **contents.calibrated(w.case)),
         calibration=layout.PATHS["calibration"],
         tables=lambda w: measured_files(w.case, "predicted"),
+        tightened=lambda w: tightened_of(w.case),
     output:
         prediction=layout.PATHS["prediction"],
     log:
@@ -41,6 +44,7 @@ rule predict_measured:
     params:
         library=library("predict_measured.py"),
         case=lambda w: calibrated_content(study.case(w.case)),
+        excited=lambda w: excited_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(),
         files=lambda w: {
             file: study.hashes[file] for file in measured_files(w.case, "predicted")
@@ -62,9 +66,6 @@ rule write_fitted_case:
         **SMALL,
     params:
         library=library("write_fitted_case.py"),
-        # what the file says, without the defaults of what it does not
-        case=lambda w: study.case(w.case).model_dump(
-            mode="json", exclude_unset=True, exclude={"measured"}
-        ),
+        case=lambda w: told_of_case(w.case),
     script:
         "../scripts/write_fitted_case.py"

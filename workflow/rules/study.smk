@@ -13,7 +13,7 @@ from snakemake.logging import logger
 from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config import makers
-from boltjoint.config.conflicts_of_measured import calibrated_content
+from boltjoint.config.conflicts_of_measured import calibrated_content, fits_preloads
 from boltjoint.config.numerical_options import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
@@ -191,10 +191,40 @@ def table_of(sweep):
     return getattr(study.sweeps[sweep].design, "file", None)
 
 
-def measured_files(case, key="curves"):
-    """The tables of the measured backbones of a case, fitted or ``predicted``."""
-    curves = getattr(study.case(case).measured, key)
-    return list(dict.fromkeys(curve.file for curve in curves))
+def measured_files(case, key="fitted"):
+    """The tables of the measured curves of a case, ``fitted`` or ``predicted``."""
+    curves = getattr(study.case(case).measured, f"{key}_curves")
+    return list(dict.fromkeys(curve.file for _, curve in curves))
+
+
+def tightened_of(case):
+    """Structure, assembly and modes of a case of which preloads of bolts are fitted."""
+    if not fits_preloads(study.case(case).measured):
+        return []
+    of_assembly, basis = study.case(case).assembly, contents.calibrated(case)["basis"]
+    return [
+        layout.path("structure", assembly=of_assembly),
+        layout.path("assembly", assembly=of_assembly),
+        layout.path("modes", assembly=of_assembly, basis=basis),
+    ]
+
+
+def told_of_case(case):
+    """What the file of a case says, without the defaults of what it does not."""
+    found = study.case(case)
+    told = found.model_dump(mode="json", exclude_unset=True, exclude={"measured"})
+    if fits_preloads(found.measured):
+        bolts = study.assembly(found.assembly).bolt_count
+        told = {"preload_ratios": bolts * (1.0,), **told}
+    return told
+
+
+def excited_of(case):
+    """Excitation and sensors of such a case."""
+    found = study.case(case)
+    if not fits_preloads(found.measured):
+        return None
+    return found.excitation, (*found.sensors, *found.outputs)
 
 
 def hash_of_table(file):

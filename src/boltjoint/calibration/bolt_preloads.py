@@ -5,9 +5,9 @@ each bolt alone, interpolated over its preload. What several bolts change togeth
 is the smaller, the nearer that state is to the result, so that a fit is repeated around its result.
 """
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from itertools import product
 
 import numpy as np
 import xarray as xr
@@ -15,11 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from boltjoint import checks
-from boltjoint.calibration.calibration import Calibration
-from boltjoint.calibration.fit import CalibrationOptions, fit
-from boltjoint.calibration.measured_backbone import Measurement, curves_of
-from boltjoint.calibration.model_curves import ModelCurves
-from boltjoint.calibration.parameters import Parameter, ParameterSpace
+from boltjoint.calibration.parameters import Parameter
 from boltjoint.damping import Damping, as_damping
 from boltjoint.joint.model import Joint
 from boltjoint.structure.model import Structure
@@ -29,9 +25,6 @@ Array = NDArray[np.float64]
 
 #: preloads of a bolt over the full one at which the contact is solved, up to one that is tighter
 LEVELS = (0.02, 0.1, 0.25, 0.5, 0.75, 1.0, 1.25)
-
-#: preloads of one loose bolt over the full one, of states at which a fit may begin
-_LOOSE = (0.05, 0.2, 0.5)
 
 #: load, over the largest, of a pair that carries none but would at another preload: so all states
 #: have the same elements
@@ -43,9 +36,6 @@ _NEAR = 0.02
 #: distance of a start from the bounds, and of values beyond these that are still answered, over
 #: their distance from each other
 _INSIDE = 1e-3
-
-#: change by a repeated fit, over the standard error, at which it is the last
-_SETTLED = 0.2
 
 _NAME = "preload_ratios"
 
@@ -134,16 +124,9 @@ class BoltPreloads:
     def parameters(self) -> list[Parameter]:
         """The preload of each bolt within the levels, starting at the state of the model."""
         low, high = (float(level) for level in self._levels[[0, -1]])
-        room = _INSIDE * (high - low)
         return [
-            Parameter(
-                name,
-                low,
-                high,
-                logarithmic=False,
-                start=float(np.clip(ratio, low + room, high - room)),
-            )
-            for name, ratio in zip(self.names, self.state, strict=True)
+            started(Parameter(name, low, high, logarithmic=False), ratio)
+            for name, ratio in zip(self.names, self.state.tolist(), strict=True)
         ]
 
     def at_state(self, state: Sequence[float] | Array) -> "BoltPreloads":
@@ -184,135 +167,20 @@ class BoltPreloads:
         return self._connect(with_loads), self._damping
 
 
-def fit_preloads(
-    model: BoltPreloads,
-    measured: Sequence[Measurement] | Measurement,
-    *,
-    starts: int = 6,
-    repetitions: int = 3,
-    options: CalibrationOptions | None = None,
-) -> Calibration:
-    """Fit the preload of every bolt to measured backbones.
-
-    There are several minima where bolts act alike. So it begins at states with all bolts tight or
-    one loose, first at those that meet the curves best, until the model can be right.
-
-    Parameters
-    ----------
-    model
-        The joint by its preloads.
-    measured
-        One or several curves: of as many modes as tell the bolts apart, three of a half lap with
-        four bolts.
-    starts
-        States at which it begins, at most.
-    repetitions
-        How often the fit is repeated around its result, at most: less where that changes no preload
-        by more than a fifth of its standard error.
-    options
-        Of each fit, which has one start.
-
-    Returns
-    -------
-    Calibration
-        That with the least sum of squares.
-
-    Raises
-    ------
-    ValueError
-        As for ``fit``.
-    RuntimeError
-        As for ``apply_preload``.
-    """
-    checks.instance("model", model, BoltPreloads)
-    checks.whole("starts", starts, at_least=1)
-    checks.whole("repetitions", repetitions, at_least=0)
-    options = CalibrationOptions() if options is None else options
-    options = replace(checks.instance("options", options, CalibrationOptions), starts=1)
-    curves = curves_of(measured)
-    ends: list[Calibration] = []
-    for state in _states(model, curves)[:starts]:
-        ends.append(_settled(model, curves, state, repetitions, options))
-        if not ends[-1].refusals:
-            break
-    return min(ends, key=lambda end: float(end.costs.min()))
-
-
-def _settled(
-    model: BoltPreloads,
-    curves: tuple[Measurement, ...],
-    state: Array,
-    repetitions: int,
-    options: CalibrationOptions,
-) -> Calibration:
-    """The fit that begins at a state, repeated around its result."""
-    model = model.at_state(state)
-    found = fit(model, curves, model.parameters(), options=options)
-    for _ in range(repetitions):
-        last, model = found, model.at_state(found.scaled)
-        found = fit(model, curves, model.parameters(), options=options)
-        if np.all(abs(found.scaled - last.scaled) <= _SETTLED * found.standard_error):
-            break
-    return found
-
-
-def _states(model: BoltPreloads, curves: tuple[Measurement, ...]) -> list[Array]:
-    """The state of the model and those with one loose bolt, that which meets curves best first."""
-    compared = ModelCurves(model, curves, ParameterSpace(tuple(model.parameters())))
-    states = [model.state]
-    for bolt, ratio in product(range(model.state.size), _LOOSE):
-        states.append(model.state.copy())
-        states[-1][bolt] = ratio
-
-    def square(state: Array) -> float:
-        try:
-            residual = compared.residual(state)
-        except ValueError:
-            # a mode is not reached at an amplitude
-            return np.inf
-        return float(residual @ residual)
-
-    return sorted(states, key=square)
-
-
-def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[str, float]:
-    """Probability of each bolt that its preload is the lowest, by the covariance of a calibration.
-
-    Parameters
-    ----------
-    found
-        As from ``fit_preloads``.
-    count, seed
-        Of draws from the normal distribution of the parameters.
-
-    Returns
-    -------
-    dict
-        By the names of the parameters; 1 in all.
-
-    Raises
-    ------
-    ValueError
-        If no preload is among the parameters, the measurement does not depend on any, or the model
-        cannot be right (``Calibration.refusals``): probabilities would mean nothing then.
-    """
-    checks.instance("found", found, Calibration)
-    count = checks.whole("count", count, at_least=1)
-    random = np.random.default_rng(checks.whole("seed", seed, at_least=0))
-    places = [n for n, name in enumerate(found.names) if name.partition("[")[0] == _NAME]
-    if not places:
-        raise ValueError(f"no {_NAME} are among the parameters {', '.join(found.names)}")
-    if found.refusals:
-        raise ValueError(f"the model cannot be right: {found.refusals[0]}")
-    _, jacobian = found.residual_and_jacobian
-    if not jacobian[:, places].any():
-        raise ValueError("the measurement does not depend on any preload: nothing slips in it")
-    drawn = random.standard_normal((count, found.scaled.size)) @ found.covariance_root.T
-    lowest = (found.scaled + drawn)[:, places].argmin(axis=1)
-    shares = np.bincount(lowest, minlength=len(places)) / count
-    return {found.names[n]: float(share) for n, share in zip(places, shares, strict=True)}
-
-
 def _loads_and_gaps(preload: xr.Dataset) -> Array:
     """Normal loads [N] and gaps [m] of all pairs, shape (2, pairs)."""
     return np.array([preload["normal_load"].to_numpy(), preload["gap"].to_numpy()])
+
+
+def bolt_of(name: str) -> int | None:
+    """Place of the bolt of a parameter ``preload_ratios[N]``; None of others."""
+    named = re.fullmatch(rf"{_NAME}\[(\d+)\]", name)
+    return None if named is None else int(named[1])
+
+
+def started(parameter: Parameter, value: float) -> Parameter:
+    """A parameter that begins at a value, or as near to it as its bounds let it."""
+    room = _INSIDE * (parameter.high - parameter.low)
+    return replace(
+        parameter, start=float(np.clip(value, parameter.low + room, parameter.high - room))
+    )

@@ -283,9 +283,12 @@ class Calibration:
                 low, high = self.interval(name)
                 lines.append(f"{name} = {value:.4g} (95 %: {low:.4g} to {high:.4g})")
         for curve, errors in zip(self.compared.measured, self.rms_errors, strict=True):
-            told = zip(errors, curve.quantities, strict=True)
-            parts = " and ".join(
-                f"{error:.2g} {'rad ' if of == 'phase' else ''}rms in {of}" for error, of in told
-            )
-            lines.append(f"{curve.name}: {parts}, relative")
+            lines.append(f"{curve.name}: {_in_words(curve, errors)}")
         return "\n".join(lines)
+
+
+def _in_words(curve: Measurement, errors: Sequence[float]) -> str:
+    """Errors of a curve, by its quantities."""
+    pairs = zip(errors, curve.quantities, strict=True)
+    told = [f"{error:.2g}{' rad' if of == 'phase' else ''} rms in {of}" for error, of in pairs]
+    return f"{' and '.join(told)}, relative"

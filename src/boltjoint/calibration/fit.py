@@ -122,8 +122,8 @@ def fit(
 def _require_values(curves: Sequence[Measurement], space: ParameterSpace) -> None:
     """Refuse parameters that the curves do not tell."""
     names = [curve.name for curve in curves]
-    points = sum(curve.amplitude.size for curve in curves)
-    values = sum(curve.amplitude.size * len(curve.quantities) for curve in curves)
+    points = sum(curve.points for curve in curves)
+    values = sum(curve.points * len(curve.quantities) for curve in curves)
     if values < len(space.names):
         raise ValueError(
             f"measured has {points} points, {values} values: "

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.calibration.measured_response import MeasuredResponse, require_configuration
-from boltjoint.config.measured import MODAL
+from boltjoint.config.measured_tables import MODAL
 from boltjoint.measurement.identification import IdentifiedMode
 from boltjoint.measurement.signals import MOTIONS
 
@@ -100,6 +100,11 @@ class MeasuredBackbone:
             raise ValueError(
                 f"shape of {self.name} has {len(shape)} sensors: two that move are needed"
             )
+
+    @property
+    def points(self) -> int:
+        """Number of points."""
+        return len(self.frequency)
 
     @property
     def sensors(self) -> tuple[str, ...]:

@@ -82,6 +82,11 @@ class MeasuredResponse:
             object.__setattr__(self, name, value)
 
     @property
+    def points(self) -> int:
+        """Number of points."""
+        return len(self.frequency)
+
+    @property
     def sensors(self) -> tuple[str, ...]:
         """Names of outputs that the model must have."""
         own = () if self.sensor is None else (self.sensor,)

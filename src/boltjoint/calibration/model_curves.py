@@ -144,7 +144,7 @@ class ModelCurves:
         """
         curves = []
         for n, curve in enumerate(self.measured):
-            levels = curve.amplitude if amplitudes is None else amplitudes[n]
+            levels = np.asarray(curve.amplitude if amplitudes is None else amplitudes[n])
             factor, places = self._amplitude_scale(scaled, curve.name)
             solve = self._backbone if isinstance(curve, MeasuredBackbone) else self._response
             values, by_amplitude, by_parameter = solve(scaled, n, factor * levels, slopes)

@@ -1,6 +1,7 @@
 """What does not go together in the measured backbones of a case, and what is fitted to them."""
 
 import re
+from collections.abc import Iterator
 from typing import Any
 
 from boltjoint.config.case import Case
@@ -8,13 +9,26 @@ from boltjoint.config.csv_table import TableError
 from boltjoint.config.described import Described
 from boltjoint.config.error_messages import choice
 from boltjoint.config.files import StudyFiles
-from boltjoint.config.measured import AMPLITUDE_SCALE, Measured, MeasuredCurve, read_backbone_table
+from boltjoint.config.measured import (
+    AMPLITUDE_SCALE,
+    Measured,
+    MeasuredCurve,
+    MeasuredSteppedSine,
+    MeasuredTable,
+)
+from boltjoint.config.measured_tables import (
+    LEVELS,
+    BackboneTable,
+    ResponseTable,
+    read_backbone_table,
+    read_response_table,
+)
 from boltjoint.config.numerical_options import Settings
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import CONFIG_FILE, Problems
-from boltjoint.config.varied_case import refused, with_values
-from boltjoint.config.varied_keys import rescaled_keys
-from boltjoint.names import Basis, JointName
+from boltjoint.config.varied_case import refused, with_all_ratios, with_values
+from boltjoint.config.varied_keys import RATIOS, rescaled_keys
+from boltjoint.names import REFERENCE, Basis, JointName
 from boltjoint.regular_file import UnsuitableFile
 
 #: of all natural frequencies without contact
@@ -61,9 +75,22 @@ def region_of(key: str) -> tuple[int, str] | None:
     return named and (int(named[1]), named[2])
 
 
+def ratio_keys(measured: Measured, assembly: Described | None) -> list[str]:
+    """Preloads of bolts that may be fitted: the contact of all pairs is solved for them."""
+    if assembly is None or measured.joint != REFERENCE[0]:
+        return []
+    return [f"{RATIOS}{bolt}]" for bolt in range(assembly.bolt_count)]
+
+
+def fits_preloads(measured: Measured) -> bool:
+    """Whether preloads of bolts are fitted, or differ from one curve to another."""
+    of_curves = [key for _, curve in measured.all_curves for key in curve.configuration or ()]
+    return any(key.startswith(RATIOS) for key in (*measured.parameters, *of_curves))
+
+
 def _ratios(measured: Measured) -> list[str]:
     """Other parameters than keys of the case, but for those of regions."""
-    scales = [f"{AMPLITUDE_SCALE}[{curve.label}]" for curve in measured.curves]
+    scales = [f"{AMPLITUDE_SCALE}[{curve.label}]" for _, curve in measured.fitted_curves]
     return [FREQUENCY_RATIO, AMPLITUDE_SCALE, *scales]
 
 
@@ -90,14 +117,23 @@ def calibrated_content(case: Case) -> dict[str, Any]:
 
 def count_points(measured: Measured, files: StudyFiles) -> tuple[int, int]:
     """Numbers of points of all curves, fitted and predicted, of tables that can be read."""
-    fitted, predicted = (
-        sum(
-            read_backbone_table(files.table(curve.file), curve.file, curve.rows).amplitude.size
-            for curve in curves
-        )
-        for curves in (measured.curves, measured.predicted)
+    fitted, all_curves = (
+        sum(table_of(curve, files.table(curve.file)).amplitude.size for _, curve in curves)
+        for curves in (measured.fitted_curves, measured.all_curves)
     )
-    return fitted, predicted
+    return fitted, all_curves - fitted
+
+
+def table_of(curve: MeasuredTable, text: str) -> BackboneTable | ResponseTable:
+    """The points of a curve in the text of its file.
+
+    Raises
+    ------
+    TableError
+        As for ``read_backbone_table`` and ``read_response_table``.
+    """
+    read = read_response_table if isinstance(curve, MeasuredSteppedSine) else read_backbone_table
+    return read(text, curve.file, curve.rows)
 
 
 def conflicts_of_measured(
@@ -113,7 +149,7 @@ def conflicts_of_measured(
         *_conflicts_of_model(case, settings),
         *_conflicts_of_parameters(case, assembly),
         *_conflicts_of_sensors(case, assembly),
-        *(() if files is None else _conflicts_of_files(case.measured, files)),
+        *(() if files is None else _conflicts_of_files(case, files)),
     ):
         yield ("measured", *path), sentence
 
@@ -138,28 +174,42 @@ def _conflicts_of_model(case: Case, settings: Settings | None) -> Problems:
         if adapted < most:
             most, reason = adapted, f"contact_adapted_basis.resonances of {CONFIG_FILE}"
     for key, curve in measured.all_curves:
-        if curve.resonance > most:
+        if isinstance(curve, MeasuredCurve) and (curve.resonance or 0) > most:
             yield (*key, "resonance"), f"must be at most {most}, {reason}"
 
 
 def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems:
     """Parameters that are none, and bounds that reach beyond what the case allows."""
     measured = measurement_of(case)
-    keys, ratios = calibrated_keys(case), _ratios(measured)
+    ratios, of_bolts = _ratios(measured), ratio_keys(measured, assembly)
+    keys = [*calibrated_keys(case), *of_bolts]
     with_regions = [f"joint.regions[0].{key}" for key in OF_REGION]
     allowed = [
         *keys,
         *ratios,
         *(key for key in with_regions if _is_of_region(key, measured.joint)),
     ]
-    content = calibrated_content(case)
+    content = with_all_ratios(calibrated_content(case), of_bolts, len(of_bolts))
+    for place, curve in measured.all_curves:
+        for key, value in (curve.configuration or {}).items():
+            at = (*place, "configuration", key)
+            if key not in keys:
+                yield at, f"is no key that is fitted{choice(key, keys)}"
+                continue
+            for sentence in refused(with_values(content, {key: value}), Case):
+                yield at, sentence
     for key, parameter in measured.parameters.items():
         if key in ratios or _is_of_region(key, measured.joint):
             if parameter.low <= 0:
                 yield ("parameters", key, "low"), "must be greater than 0: it is a ratio"
             continue
         if key not in keys:
-            yield ("parameters", key), f"is no key that is fitted{choice(key, allowed)}"
+            of_joint = f"; preloads of bolts ask for joint: {REFERENCE[0]}"
+            told = of_joint if key.startswith(RATIOS) and not of_bolts else choice(key, allowed)
+            yield ("parameters", key), f"is no key that is fitted{told}"
+            continue
+        if key in of_bolts and parameter.low <= 0:
+            yield ("parameters", key, "low"), "must be greater than 0: it is a ratio"
             continue
         if key == "preload_N" and assembly is not None and assembly.fixed_loads is not None:
             fixed, loads = assembly.fixed_loads
@@ -183,14 +233,19 @@ def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:
         if curve.sensor is not None and curve.sensor not in names:
             sentence = f"is no sensor of the case{choice(curve.sensor, names)}"
             yield (*key, "sensor"), sentence
+        shape = isinstance(curve, MeasuredCurve) and curve.shape
+        unknown = [sensor for sensor in shape or () if sensor not in names]
+        if unknown:
+            sentence = f"has {unknown[0]}, no sensor of the case{choice(unknown[0], names)}"
+            yield (*key, "shape"), sentence
 
 
-def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
+def _conflicts_of_files(case: Case, files: StudyFiles) -> Problems:
     """Tables that cannot be read, or that do not tell enough."""
-    values = 0
+    measured, values = measurement_of(case), 0
     for key, curve in measured.all_curves:
         try:
-            table = read_backbone_table(files.table(curve.file), curve.file, curve.rows)
+            table = table_of(curve, files.table(curve.file))
         except TableError as error:
             yield (*key, "file"), f"cannot be used: {error}"
             return
@@ -202,18 +257,18 @@ def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
             )
             yield (*key, "file"), f"{problem}: must be a CSV file, seen from the folder of config/"
             return
-        if key[0] == "curves":
-            values += 2 * table.amplitude.size
-        for column, percent, std in (
-            ("frequency_std_Hz", "frequency_error_percent", table.frequency_std),
-            ("damping_ratio_std", "damping_error_percent", table.damping_std),
-        ):
-            if std is None and getattr(curve, percent) is None:
-                sentence = f"is missing: {curve.file} has no column {column}"
-                yield (*key, percent), sentence
+        compared = 2
+        if isinstance(table, ResponseTable):
+            problems = _conflicts_of_response(case, curve, table)
+            compared -= getattr(curve, "phase_error_deg", None) is None
+        else:
+            problems = _missing_errors(curve, table)
+        yield from (((*key, at), sentence) for at, sentence in problems)
+        if key[0] != "predicted":
+            values += compared * table.amplitude.size
         if not table.has_unit and not _is_scaled(curve, measured):
             own = f"{AMPLITUDE_SCALE}[{curve.label}]"
-            parameter = own if key[0] == "curves" else AMPLITUDE_SCALE
+            parameter = AMPLITUDE_SCALE if key[0] == "predicted" else own
             yield (
                 (*key, "file"),
                 f"tells no unit of the {table.quantity}: its column must end in one, or parameters "
@@ -224,6 +279,27 @@ def _conflicts_of_files(measured: Measured, files: StudyFiles) -> Problems:
         yield ("parameters",), sentence
 
 
-def _is_scaled(curve: MeasuredCurve, measured: Measured) -> bool:
+def _missing_errors(curve: MeasuredTable, table: BackboneTable) -> Iterator[tuple[str, str]]:
+    """Standard deviations that neither the file nor the case has."""
+    for column, percent, std in (
+        ("frequency_std_Hz", "frequency_error_percent", table.frequency_std),
+        ("damping_ratio_std", "damping_error_percent", table.damping_std),
+    ):
+        if std is None and getattr(curve, percent) is None:
+            yield percent, f"is missing: {curve.file} has no column {column}"
+
+
+def _conflicts_of_response(
+    case: Case, curve: MeasuredTable, table: ResponseTable
+) -> Iterator[tuple[str, str]]:
+    """An excitation of another kind than that of the case, and phases that are not there."""
+    if (table.level_unit == "N") == case.is_base_excited:
+        wanted = next(key for key, unit in LEVELS.items() if unit != table.level_unit)
+        yield "file", f"has no column {wanted}: as the excitation of the case"
+    if table.phase is None and getattr(curve, "phase_error_deg", None) is not None:
+        yield "phase_error_deg", f"must be left out: {curve.file} has no phase_rad or phase_deg"
+
+
+def _is_scaled(curve: MeasuredTable, measured: Measured) -> bool:
     own = f"{AMPLITUDE_SCALE}[{curve.label}]"
     return bool({AMPLITUDE_SCALE, own} & set(measured.parameters))

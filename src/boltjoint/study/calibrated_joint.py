@@ -6,20 +6,35 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
 
-from boltjoint import checks
-from boltjoint.calibration.measured_backbone import MeasuredBackbone
+from boltjoint import checks, dataset
+from boltjoint.calibration.bolt_preloads import LEVELS, BoltPreloads, bolt_of
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, Measurement
+from boltjoint.calibration.measured_response import MeasuredResponse
 from boltjoint.calibration.parameters import Parameter, ParameterSpace, Prior
 from boltjoint.config.case import Case
-from boltjoint.config.conflicts_of_measured import FREQUENCY_RATIO, region_of
-from boltjoint.config.measured import Measured, MeasuredCurve, read_backbone_table
+from boltjoint.config.conflicts_of_measured import FREQUENCY_RATIO, region_of, table_of
+from boltjoint.config.measured import (
+    Measured,
+    MeasuredCurve,
+    MeasuredSteppedSine,
+    MeasuredTable,
+)
+from boltjoint.config.measured_tables import BackboneTable, ResponseTable
 from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import path_of, value_at
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.element_law import ElementLaw
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.model import Joint
+from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.measurement.signals import UNITS
+from boltjoint.structure.excitation import place_excitation
+from boltjoint.structure.structure_file import load_structure
+
+Array = NDArray[np.float64]
 
 #: the quantity of elements by which a friction coefficient acts, where they have none
 _LIMIT = "slip_force"
@@ -35,10 +50,13 @@ class CalibratedJoint:
         As the case has it.
     case
         Content of the case, as ``config.conflicts_of_measured.calibrated_content`` has it.
+    bolts
+        Its node-to-node joint by the preload of each bolt, where these are parameters too.
     """
 
     joint: Joint
     case: Mapping[str, Any]
+    bolts: BoltPreloads | None = None
 
     @cached_property
     def base(self) -> Case:
@@ -47,6 +65,8 @@ class CalibratedJoint:
 
     def value(self, key: str) -> float:
         """The value of a parameter that the case has: 1 of all ratios."""
+        if (bolt := bolt_of(key)) is not None:
+            return float(self.state[bolt])
         if key == "loss_factor":
             return checks.instance("damping", self.base.structural_damping, LossFactor).loss_factor
         try:
@@ -54,8 +74,32 @@ class CalibratedJoint:
         except (LookupError, TypeError):
             return 1.0
 
+    @property
+    def state(self) -> Array:
+        """Preload of each bolt over that of the case, beside which others vary, (bolts,)."""
+        return self._bolts.state
+
+    def state_with(self, values: Mapping[str, float]) -> Array:
+        """The state with preloads of bolts among values by their keys."""
+        state = self.state.copy()
+        for key, value in values.items():
+            if (bolt := bolt_of(key)) is not None:
+                state[bolt] = value
+        return state
+
+    def at_state(self, state: Sequence[float] | Array) -> "CalibratedJoint":
+        """The same joint around another state of its bolts."""
+        return replace(self, bolts=self._bolts.at_state(state))
+
+    @property
+    def _bolts(self) -> BoltPreloads:
+        return checks.instance("bolts of the joint", self.bolts, BoltPreloads)
+
     def __call__(self, values: Mapping[str, float]) -> tuple[Joint, Damping]:
         """The joint and the damping of the structure with these values, by their keys."""
+        of_bolts = {key: value for key, value in values.items() if bolt_of(key) is not None}
+        values = {key: value for key, value in values.items() if key not in of_bolts}
+        tightened = self.joint if self.bolts is None else self.bolts(of_bolts)[0]
         of_regions = {key: value for key, value in values.items() if region_of(key) is not None}
         ratio = values.get(FREQUENCY_RATIO, 1.0)
         own = {
@@ -67,7 +111,7 @@ class CalibratedJoint:
         before, after = dict(self.base.contact.options), dict(case.contact.options)
         law, _ = before.pop("law"), after.pop("law")
         preload = case.nominal_preload / self.base.nominal_preload
-        joint = rescale_contact(self.joint, law, before, after, preload)
+        joint = rescale_contact(tightened, law, before, after, preload)
         elements = _with_regions(joint, of_regions)
         frequency = ratio * joint.natural_frequency
         joint = replace(joint, law=elements, natural_frequency=frequency)
@@ -113,31 +157,119 @@ def _start(
     return own if parameter.low <= own <= parameter.high else None
 
 
-def measured_backbones(
-    measured: Sequence[MeasuredCurve], texts: Mapping[str, str]
-) -> tuple[list[MeasuredBackbone], list[str]]:
+def bolts_of_case(
+    files: Sequence[str],
+    case: Mapping[str, Any],
+    excited: tuple[Any, Sequence[Any]] | None,
+    measured: Measured,
+) -> BoltPreloads | None:
+    """The node-to-node joint of a case by the preload of each bolt over ``preload_N``.
+
+    Parameters
+    ----------
+    files
+        ``structure``, ``assembly.nc`` and ``modes.nc``; none where no preload is fitted.
+    case
+        As of ``CalibratedJoint``.
+    excited
+        Excitation and sensors, as of ``structure.excitation.place_excitation``.
+    measured
+        With bounds of the preloads.
+
+    Returns
+    -------
+    BoltPreloads
+        Around the preloads of the case; None without files.
+    """
+    if not files or excited is None:
+        return None
+    own = Case.model_validate(case)
+    structure = load_structure(files[0])
+    assembly, modes = (dataset.load(file) for file in files[1:])
+    placed = place_excitation(assembly, modes, *excited)
+    ratios = own.preload_ratios or (1.0,) * len(structure.bolts)
+    low, high = _range_of_ratios(measured, ratios)
+    levels = sorted({low, high, *(level for level in LEVELS if low < level < high)})
+
+    def connect(preload: xr.Dataset) -> Joint:
+        return connect_pairs(placed, preload, **own.contact.options)
+
+    preload = own.nominal_preload
+    return BoltPreloads(structure, preload, connect, own.structural_damping, levels, ratios)
+
+
+def _range_of_ratios(measured: Measured, ratios: Sequence[float]) -> tuple[float, float]:
+    """Lowest and highest preload of a bolt over that of the case that a fit may ask for."""
+    ends = list(ratios)
+    for key, parameter in measured.parameters.items():
+        ends += [parameter.low, parameter.high] if bolt_of(key) is not None else []
+    for _, curve in measured.all_curves:
+        of_curve = (curve.configuration or {}).items()
+        ends += [value for key, value in of_curve if bolt_of(key) is not None]
+    return min(ends), max(ends)
+
+
+def measured_curves(
+    measured: Sequence[tuple[Any, MeasuredTable]], texts: Mapping[str, str]
+) -> tuple[list[Measurement], list[str]]:
     """Curves of a measurement, from the texts of their files, and units of their amplitudes.
 
-    A unit that the file does not tell is empty.
+    Parameters
+    ----------
+    measured
+        Places and entries, as ``Measured.fitted_curves``.
+    texts
+        By the names of their files.
+
+    Returns
+    -------
+    curves : list
+        Backbones, then responses.
+    units : list of str
+        Empty where a file does not tell it.
     """
-    curves, units = [], []
-    for curve in measured:
-        table = read_backbone_table(texts[curve.file], curve.file, curve.rows)
+    curves: list[Measurement] = []
+    units = []
+    for _, curve in measured:
+        table = table_of(curve, texts[curve.file])
+        if isinstance(table, BackboneTable):
+            curves.append(_backbone(checks.instance("curve", curve, MeasuredCurve), table))
+        else:
+            curves.append(_response(checks.instance("curve", curve, MeasuredSteppedSine), table))
         units.append(UNITS.get(table.quantity, "kg^1/2 m") if table.has_unit else "")
-        deviations = table.deviations(
-            curve.frequency_error_percent or 0.0, curve.damping_error_percent or 0.0
-        )
-        curves.append(
-            MeasuredBackbone(
-                table.amplitude,
-                table.frequency,
-                deviations[0],
-                table.damping_ratio,
-                deviations[1],
-                quantity=table.quantity,
-                resonance=curve.resonance,
-                sensor=curve.sensor,
-                name=curve.label,
-            )
-        )
     return curves, units
+
+
+def _backbone(curve: MeasuredCurve, table: BackboneTable) -> MeasuredBackbone:
+    of_frequency, of_damping = table.deviations(
+        curve.frequency_error_percent or 0.0, curve.damping_error_percent or 0.0
+    )
+    return MeasuredBackbone(
+        table.amplitude,
+        table.frequency,
+        of_frequency,
+        table.damping_ratio,
+        of_damping,
+        quantity=table.quantity,
+        resonance=curve.resonance,
+        sensor=curve.sensor,
+        name=curve.label,
+        shape=curve.shape,
+        configuration=curve.configuration or {},
+    )
+
+
+def _response(curve: MeasuredSteppedSine, table: ResponseTable) -> MeasuredResponse:
+    phase = None if curve.phase_error_deg is None else table.phase
+    return MeasuredResponse(
+        table.frequency,
+        table.amplitude,
+        table.level,
+        curve.excitation_error_percent / 100 * table.level,
+        phase,
+        None if phase is None else np.deg2rad(curve.phase_error_deg or 0.0),
+        quantity=table.quantity,
+        sensor=curve.sensor,
+        configuration=curve.configuration or {},
+        name=curve.name,
+    )

@@ -8,10 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from boltjoint.calibration.bolt_preloads import BoltPreloads, bolt_of, started
 from boltjoint.calibration.calibration import Calibration
 from boltjoint.calibration.fit import CalibrationOptions, fit
-from boltjoint.calibration.measured_backbone import MeasuredBackbone
-from boltjoint.calibration.parameters import Prior
+from boltjoint.calibration.fit_preloads import fit_preloads, loosest_bolt
+from boltjoint.calibration.measured_backbone import MeasuredBackbone, Measurement
+from boltjoint.calibration.model_curves import ModelCurves
+from boltjoint.calibration.parameters import Parameter, Prior
 from boltjoint.config.measured import Measured
 from boltjoint.config.units import unit_of
 from boltjoint.dataset import quantity
@@ -20,8 +23,9 @@ from boltjoint.number_format import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,
-    measured_backbones,
+    measured_curves,
 )
+from boltjoint.study.fitted_responses import errors_in_words, of_responses
 
 Array = NDArray[np.float64]
 
@@ -32,16 +36,18 @@ _DRAWN = 60
 
 
 def calibrate(
-    joint: Joint, case: Mapping[str, Any], measured: Measured, texts: Mapping[str, str]
+    joint: Joint,
+    case: Mapping[str, Any],
+    measured: Measured,
+    texts: Mapping[str, str],
+    bolts: BoltPreloads | None = None,
 ) -> xr.Dataset:
-    """Fit the joint of a case to its measured backbones.
+    """Fit the joint of a case to what was measured of it.
 
     Parameters
     ----------
-    joint
-        As the case has it.
-    case
-        Content of the case, as ``config.conflicts_of_measured.calibrated_content`` has it.
+    joint, case, bolts
+        As of ``CalibratedJoint``.
     measured
         What was measured, and what is fitted.
     texts
@@ -51,26 +57,30 @@ def calibrate(
     -------
     Dataset
         Parameters with intervals (``Calibration.interval``) and profiles, correlation, posterior
-        draws with their Pareto k, curves at measured amplitudes and on a grid, checks of the
-        residuals; ``answer`` of the attributes says it in words.
+        draws with their Pareto k, curves at measured amplitudes and on a grid, responses, checks of
+        the residuals, and the probability of each bolt to be the loosest where preloads are fitted;
+        ``answer`` of the attributes says it in words.
 
     Raises
     ------
     ValueError
         If a mode is not in the model, or it cannot be solved at any start.
     """
-    model = CalibratedJoint(joint, case)
-    curves, units = measured_backbones(measured.curves, texts)
+    model = CalibratedJoint(joint, case, bolts)
+    curves, units = measured_curves(measured.fitted_curves, texts)
     options = CalibrationOptions(starts=measured.starts, seed=measured.seed)
     parameters = fitted_parameters(model, measured).parameters
-    calibration = fit(model, curves, parameters, loss=measured.loss, options=options)
+    calibration = _fitted(model, curves, parameters, measured.loss, options)
     draws, reliability = _draws(calibration)
+    values, own = calibration.curves(), _places(calibration)
     stored = xr.Dataset(
         {
             **_of_parameters(calibration, model),
             **_of_curves(calibration, units),
-            **of_points(calibration.compared.measured, calibration.curves()),
+            **of_points(backbones_of(curves), [values[n] for n in own]),
             **_on_grid(calibration),
+            **of_responses(calibration, units),
+            **_loosest(calibration),
             **draws,
             "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
         }
@@ -85,6 +95,42 @@ def calibrate(
     }
     stored.attrs["answer"] = answer(stored)
     return stored
+
+
+def _fitted(
+    model: CalibratedJoint,
+    curves: Sequence[Measurement],
+    parameters: Sequence[Parameter],
+    loss: str,
+    options: CalibrationOptions,
+) -> Calibration:
+    """All parameters at once; preloads of bolts after the others, where these ended."""
+    others = [parameter for parameter in parameters if bolt_of(parameter.name) is None]
+    if len(others) == len(parameters):
+        return fit(model, curves, parameters, loss=loss, options=options)
+    values: dict[str, float] = {}
+    if others:
+        values = fit(model, curves, others, loss=loss, options=options).best_values
+    begun = [
+        started(parameter, values.get(parameter.name, model.value(parameter.name)))
+        for parameter in parameters
+    ]
+    return fit_preloads(model, curves, begun, loss=loss, options=options)
+
+
+def _loosest(calibration: Calibration) -> dict[str, xr.Variable]:
+    """Probability that each preload is the lowest; nothing where that means nothing."""
+    if sum(bolt_of(name) is not None for name in calibration.names) < 2:
+        return {}
+    try:
+        found = loosest_bolt(calibration)
+    except ValueError:
+        # the model cannot be right, or nothing depends on preloads
+        return {}
+    values = [found.get(name, np.nan) for name in calibration.names]
+    return {
+        "loosest_probability": quantity("parameter", values, "1", "that this preload is the lowest")
+    }
 
 
 def _of_parameters(calibration: Calibration, model: CalibratedJoint) -> dict[str, xr.Variable]:
@@ -152,31 +198,52 @@ def _draws(calibration: Calibration) -> tuple[dict[str, xr.Variable], dict[str, 
     return {"draws": drawn}, {"pareto_k": draws.pareto_k, "effective_draws": draws.effective}
 
 
+def _places(calibration: Calibration) -> list[int]:
+    """Places of backbones among the curves."""
+    measured = calibration.compared.measured
+    return [n for n, curve in enumerate(measured) if isinstance(curve, MeasuredBackbone)]
+
+
 def _of_curves(calibration: Calibration, units: list[str]) -> dict[str, xr.Variable]:
-    compared, tests = calibration.compared, calibration.checks_of_curves
-    of = ("curve", "curve_quantity")
+    compared, own = calibration.compared, _places(calibration)
+    errors, tests = calibration.rms_errors, calibration.checks_of_curves
+    statistics = {
+        "rms_error": (errors, "relative, root mean square"),
+        "reduced_chi2": ([test.reduced_chi2 for test in tests], "mean square residual"),
+        "size_probability": ([test.size_probability for test in tests], "of residuals so large"),
+        "runs_probability": (
+            [test.runs_probability for test in tests],
+            "of so few changes of sign",
+        ),
+    }
     return {
-        **names_of_curves(compared.measured, units, compared.resonances),
-        "rms_error": quantity(of, calibration.rms_errors, "1", "relative, root mean square"),
-        "reduced_chi2": quantity(of, [t.reduced_chi2 for t in tests], "1", "mean square residual"),
-        "size_probability": quantity(
-            of, [t.size_probability for t in tests], "1", "of residuals so large"
-        ),
-        "runs_probability": quantity(
-            of, [t.runs_probability for t in tests], "1", "of so few changes of sign"
-        ),
+        **names_of_curves(compared, [units[n] for n in own]),
+        **{
+            name: quantity(
+                ("curve", "curve_quantity"),
+                np.reshape([values[n] for n in own], (-1, 2)),
+                "1",
+                words,
+            )
+            for name, (values, words) in statistics.items()
+        },
     }
 
 
-def names_of_curves(
-    measured: Sequence[MeasuredBackbone], units: list[str], resonances: Sequence[int]
-) -> dict[str, xr.Variable]:
-    """Names of measured curves, their modes, and quantity and unit of their amplitudes."""
+def backbones_of(measured: Sequence[Measurement]) -> list[MeasuredBackbone]:
+    """The backbones among measured curves."""
+    return [curve for curve in measured if isinstance(curve, MeasuredBackbone)]
+
+
+def names_of_curves(compared: ModelCurves, units: list[str]) -> dict[str, xr.Variable]:
+    """Names of measured backbones, their modes, and quantity and unit of their amplitudes."""
+    measured = backbones_of(compared.measured)
     words = {
         "curve": [curve.name for curve in measured],
         "amplitude_quantity": [curve.quantity for curve in measured],
         "amplitude_unit": units,
     }
+    resonances = [number for number in compared.resonances if number is not None]
     return {
         **{
             name: xr.Variable("curve", np.array(texts, dtype=object))
@@ -185,7 +252,7 @@ def names_of_curves(
         "curve_quantity": xr.Variable(
             "curve_quantity", np.array(["frequency", "damping"], dtype=object)
         ),
-        "curve_resonance": quantity("curve", list(resonances), "1", "number of the mode"),
+        "curve_resonance": quantity("curve", np.array(resonances, int), "1", "number of the mode"),
     }
 
 
@@ -194,7 +261,7 @@ def of_points(
 ) -> dict[str, xr.Variable]:
     """Measured points of all curves, and what the model has there, each (points, 2)."""
     own = np.repeat(np.arange(len(measured)), [curve.amplitude.size for curve in measured])
-    model = np.concatenate(curves)
+    model = _stacked(curves)
     return {
         "curve_of_point": quantity("point", own, "1", "place of its curve"),
         "amplitude": quantity(
@@ -216,11 +283,19 @@ def of_points(
 def _on_grid(calibration: Calibration) -> dict[str, xr.Variable]:
     """Curves of the model, with their standard deviations by those of the parameters."""
     measured = calibration.compared.measured
-    grids = [np.geomspace(curve.amplitude[0], curve.amplitude[-1], _DRAWN) for curve in measured]
-    curves = np.concatenate(calibration.curves(grids))
-    bands = np.concatenate(calibration.bands(grids))
-    own = np.repeat(np.arange(len(measured)), _DRAWN)
-    grid = np.concatenate(grids)
+    grids = [
+        np.geomspace(curve.amplitude[0], curve.amplitude[-1], _DRAWN)
+        if isinstance(curve, MeasuredBackbone)
+        else np.asarray(curve.amplitude)
+        for curve in measured
+    ]
+    places = _places(calibration)
+    curves, bands = (
+        _stacked([values[n] for n in places])
+        for values in (calibration.curves(grids), calibration.bands(grids))
+    )
+    own = np.repeat(np.arange(len(places)), _DRAWN)
+    grid = np.concatenate([np.empty(0), *(grids[n] for n in places)])
     return {
         "curve_of_grid": quantity("grid", own, "1", "place of its curve"),
         "grid_amplitude": quantity("grid", grid, "unit of each curve", "as measured"),
@@ -232,7 +307,12 @@ def _on_grid(calibration: Calibration) -> dict[str, xr.Variable]:
 
 
 def _joined(measured: Sequence[MeasuredBackbone], name: str) -> Array:
-    return np.concatenate([getattr(curve, name) for curve in measured])
+    return np.concatenate([np.empty(0), *(getattr(curve, name) for curve in measured)])
+
+
+def _stacked(curves: Sequence[Array]) -> Array:
+    """Frequencies and damping ratios of all curves, of none too, (points, 2)."""
+    return np.concatenate([np.empty((0, 2)), *curves])
 
 
 def answer(calibration: xr.Dataset) -> str:
@@ -250,7 +330,7 @@ def answer(calibration: xr.Dataset) -> str:
         for name in map(str, calibration["parameter"].to_numpy())
         if calibration["is_determined"].sel(parameter=name)
     ]
-    count = calibration.sizes["point"]
+    count = calibration.sizes["point"] + calibration.sizes.get("response_point", 0)
     points = f"{count} measured point{'' if count == 1 else 's'}"
     if values:
         told = ", ".join(values)
@@ -263,10 +343,15 @@ def answer(calibration: xr.Dataset) -> str:
         f"{number(f, 2)} % in frequency and {number(z, 2)} % in damping ({name})"
         for name, (f, z) in zip(names, errors, strict=True)
     ]
+    parts += errors_in_words(calibration)
     sentences.append(f"The fit is off by {'; '.join(parts)}, rms.")
     parameters, reasons = (calibration[name].to_numpy() for name in ("parameter", "reason"))
     if untold := [f"{name} ({why})" for name, why in zip(parameters, reasons, strict=True) if why]:
         sentences.append(f"Cannot be told: {', '.join(untold)}.")
+    if "loosest_probability" in calibration:
+        probability = np.nan_to_num(calibration["loosest_probability"].to_numpy())
+        name, share = parameters[np.argmax(probability)], number(100 * probability.max(), 3)
+        sentences.append(f"The lowest preload is {name} with a probability of {share} %.")
     if not refusals:
         sentences.append("Nothing in the residuals speaks against the model.")
     return " ".join(sentences)

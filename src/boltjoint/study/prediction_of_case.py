@@ -8,6 +8,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.bolt_preloads import BoltPreloads
 from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.posterior_draws import LARGEST_PARETO_K
 from boltjoint.calibration.prediction import PredictedCurve, Shift, predict_curves
@@ -18,9 +19,9 @@ from boltjoint.number_format import number
 from boltjoint.study.calibrated_joint import (
     CalibratedJoint,
     fitted_parameters,
-    measured_backbones,
+    measured_curves,
 )
-from boltjoint.study.calibration_of_case import names_of_curves, of_points
+from boltjoint.study.calibration_of_case import backbones_of, names_of_curves, of_points
 
 Array = NDArray[np.float64]
 
@@ -39,12 +40,13 @@ def predict(
     measured: Measured,
     texts: Mapping[str, str],
     calibration: xr.Dataset,
+    bolts: BoltPreloads | None = None,
 ) -> xr.Dataset:
     """Predict the measured backbones of a case that were held aside from its fit.
 
     Parameters
     ----------
-    joint, case, measured
+    joint, case, measured, bolts
         As of ``study.calibration_of_case.calibrate``.
     texts
         The text of each file of ``measured.predicted``.
@@ -62,21 +64,24 @@ def predict(
     ValueError
         If a mode or a sensor is not in the model, or the calibration is of other parameters.
     """
-    model = CalibratedJoint(joint, case)
+    model = CalibratedJoint(joint, case, bolts)
     space = fitted_parameters(model, measured)
     names = [str(name) for name in calibration["parameter"].to_numpy()]
     if names != list(space.names):
         raise ValueError(f"calibration is of {', '.join(names)}, not of {', '.join(space.names)}")
-    curves, units = measured_backbones(measured.predicted, texts)
-    compared = ModelCurves(model, tuple(curves), space)
+    curves, units = measured_curves(measured.predicted_curves, texts)
     values = checks.variable("calibration", calibration, "value", ("parameter",))
+    if bolts is not None:
+        fitted = zip(names, values, strict=True)
+        model = model.at_state(model.state_with(dict(fitted)))
+    compared = ModelCurves(model, tuple(curves), space)
     draws = checks.variable("calibration", calibration, "draws", ("draw", "parameter"))
     drawn = np.array([space.scaled(list(draw)) for draw in draws]).reshape(draws.shape)
     predicted = predict_curves(compared, space.scaled(list(values)), drawn, measured.seed)
     stored = xr.Dataset(
         {
-            **names_of_curves(curves, units, compared.resonances),
-            **of_points(curves, [curve.curve for curve in predicted]),
+            **names_of_curves(compared, units),
+            **of_points(backbones_of(curves), [curve.curve for curve in predicted]),
             **_bands(predicted),
             **_errors(predicted),
         },

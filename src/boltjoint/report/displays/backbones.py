@@ -1,7 +1,7 @@
 """Figures and tables of backbones: microslip, full slip, and a joint fitted to its measurement."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from boltjoint.names import REFERENCE, Coordinates, JointName
@@ -145,31 +145,29 @@ def power_laws(
 SECTION_OF_CALIBRATION = "measured"
 
 
-def _calibrated(contents: Contents) -> Iterator[dict[str, Any]]:
-    """Cases with a measurement, with the joint that is fitted."""
-    for case, configured in contents.study.cases.items():
-        if configured.measured is not None:
-            yield contents.calibrated(case)
+def _measured(key: str | None = None) -> Callable[[Contents], Iterator[dict[str, Any]]]:
+    """Calibrated joints of cases with a measurement, or with one that has a key."""
+
+    def of(contents: Contents) -> Iterator[dict[str, Any]]:
+        for case, configured in contents.study.cases.items():
+            measured = configured.measured
+            if measured is not None and (key is None or getattr(measured, key)):
+                yield contents.calibrated(case)
+
+    return of
 
 
 _OF_CALIBRATION = {
-    "of": _calibrated,
+    "of": _measured(),
     "reads": (data_of("calibration", by=["case", "basis", "joint"]),),
     "section": SECTION_OF_CALIBRATION,
     "job": "calibration_{case}",
 }
 
 
-def _predicted(contents: Contents) -> Iterator[dict[str, Any]]:
-    """Those of them of which curves are held aside."""
-    for case, configured in contents.study.cases.items():
-        if configured.measured is not None and configured.measured.predicted:
-            yield contents.calibrated(case)
-
-
 _OF_PREDICTION = {
     **_OF_CALIBRATION,
-    "of": _predicted,
+    "of": _measured("predicted"),
     "reads": (data_of("prediction", by=["case", "basis", "joint"]),),
 }
 
@@ -180,7 +178,7 @@ def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
 
 @figure(
     "calibration",
-    **_OF_CALIBRATION,
+    **_OF_CALIBRATION | {"of": _measured("curves")},
     title="Measured backbone, and the fitted joint",
     caption="Natural frequency and damping ratio over the measured amplitude: points with their "
     "stated scatter, the fitted joint with the band that its parameters leave. Residuals are model "
@@ -188,9 +186,25 @@ def _of(artefact: Artefact, results: "Results") -> "xr.Dataset":
 )
 def calibration(artefact: Artefact, results: "Results") -> "Figure":
     """Measured points, fitted curves and residuals."""
-    from boltjoint.report.figures.backbones import plot_calibration
+    from boltjoint.report.figures.calibration import plot_calibration
 
     return plot_calibration(_of(artefact, results))
+
+
+@figure(
+    "fitted_responses",
+    **_OF_CALIBRATION | {"of": _measured("responses")},
+    order=1,
+    title="Measured stepped sines, and the fitted joint",
+    caption="Response per excitation over the frequency: points as measured, lines by the "
+    "excitation that the fitted joint needs for the measured amplitude. Residuals are those of the "
+    "logarithm of the excitation over its stated standard deviation; grey is 95 % of them.",
+)
+def fitted_responses(artefact: Artefact, results: "Results") -> "Figure":
+    """Measured responses, those of the fitted joint and residuals."""
+    from boltjoint.report.figures.calibration import plot_fitted_responses
+
+    return plot_fitted_responses(_of(artefact, results))
 
 
 @table(
@@ -265,7 +279,7 @@ def residuals(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 )
 def prediction(artefact: Artefact, results: "Results") -> "Figure":
     """Measured points and predicted curves."""
-    from boltjoint.report.figures.backbones import plot_prediction
+    from boltjoint.report.figures.calibration import plot_prediction
 
     return plot_prediction(results.dataset("prediction", **artefact.fields))
 

@@ -13,8 +13,9 @@ D. J. Segalman: A four-parameter Iwan model for lap-type joints. Journal of Appl
 M. R. W. Brake (ed.): The Mechanics of Jointed Structures. Springer, 2018.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 import pandas as pd
@@ -309,34 +310,47 @@ def tabulate_residuals(calibration: xr.Dataset) -> pd.DataFrame:
     -------
     DataFrame
         Columns ``curve, resonance, points, quantity, rms_error_percent, over_stated_scatter,
-        probability_of_size, probability_of_runs``.
+        probability_of_size, probability_of_runs``; resonances of responses are empty.
 
     Raises
     ------
     ValueError
         If a variable is missing or of another kind.
     """
-    names = _words(calibration, "curve", "curve")
-    quantities = _words(calibration, "curve_quantity", "curve_quantity")
-    resonances = checks.index_variable("calibration", calibration, "curve_resonance", ("curve",))
-    of_point = checks.index_variable("calibration", calibration, "curve_of_point", ("point",))
-    statistics = {key: _numbers(calibration, key, "curve", "curve_quantity") for key in _RESIDUALS}
-    return pd.DataFrame(
-        [
-            {
-                "curve": name,
-                "resonance": int(resonances[i]),
-                "points": int((of_point == i).sum()),
-                "quantity": quantity,
-                "rms_error_percent": 100 * statistics["rms_error"][i, j],
-                "over_stated_scatter": max(statistics["reduced_chi2"][i, j], 0.0) ** 0.5,
-                "probability_of_size": statistics["size_probability"][i, j],
-                "probability_of_runs": statistics["runs_probability"][i, j],
-            }
-            for i, name in enumerate(names)
-            for j, quantity in enumerate(quantities)
-        ]
-    )
+    parts = [_residuals(calibration, "curve", "point", "")]
+    if "response" in calibration:
+        parts.append(_residuals(calibration, "response", "response_point", "response_"))
+    rows = [row for part in parts for row in part]
+    return pd.DataFrame(rows).astype({"resonance": "Int64"})
+
+
+def _residuals(
+    calibration: xr.Dataset, of: str, point: str, prefix: str
+) -> Iterator[dict[str, object]]:
+    """Rows of backbones, or of responses: of quantities that are compared."""
+    names, quantities = (_words(calibration, key, key) for key in (of, f"{of}_quantity"))
+    resonances: list[int | None] = [None] * len(names)
+    if of == "curve":
+        key = "curve_resonance"
+        resonances = checks.index_variable("calibration", calibration, key, ("curve",)).tolist()
+    of_point = checks.index_variable("calibration", calibration, f"{of}_of_point", (point,))
+    statistics = {
+        key: _numbers(calibration, f"{prefix}{key}", of, f"{of}_quantity") for key in _RESIDUALS
+    }
+    for (i, name), (j, quantity) in product(enumerate(names), enumerate(quantities)):
+        error = statistics["rms_error"][i, j]
+        if np.isnan(error):
+            continue
+        yield {
+            "curve": name,
+            "resonance": resonances[i],
+            "points": int((of_point == i).sum()),
+            "quantity": "phase, of 1 rad" if quantity == "phase" else quantity,
+            "rms_error_percent": 100 * error,
+            "over_stated_scatter": max(statistics["reduced_chi2"][i, j], 0.0) ** 0.5,
+            "probability_of_size": statistics["size_probability"][i, j],
+            "probability_of_runs": statistics["runs_probability"][i, j],
+        }
 
 
 def tabulate_prediction(prediction: xr.Dataset) -> pd.DataFrame:
