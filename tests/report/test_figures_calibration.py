@@ -10,7 +10,7 @@ from boltjoint.config.study import load_study
 from boltjoint.report.displays import DISPLAYS
 from boltjoint.report.figures.backbones import plot_calibration
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.tables.backbones import (
+from boltjoint.study.tables.calibration import (
     tabulate_correlation,
     tabulate_parameters,
     tabulate_residuals,

@@ -24,7 +24,7 @@ from boltjoint.config.measured import Measured
 from boltjoint.config.strict_yaml import parse_mapping
 from boltjoint.study.calibration_of_case import calibrate
 from boltjoint.study.fitted_case import fitted_case
-from boltjoint.study.tables.backbones import (
+from boltjoint.study.tables.calibration import (
     tabulate_correlation,
     tabulate_parameters,
     tabulate_posterior,

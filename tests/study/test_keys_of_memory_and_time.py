@@ -159,6 +159,7 @@ WITHOUT = {
         "loss_factor": _OF_MATERIAL,
         "measured.curves": "points of their files, which are counted",
         "measured.predicted": "the same",
+        "measured.responses": "the same",
         "measured.parameters": _OF_MATERIAL,
         "measured.seed": "the number of the random numbers that are drawn",
         "preload_N": _OF_MATERIAL,

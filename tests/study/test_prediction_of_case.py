@@ -18,7 +18,7 @@ from measured_bar import (
 from boltjoint.calibration import model_curves
 from boltjoint.calibration.level_path import NotReached
 from boltjoint.report.figures.backbones import plot_prediction
-from boltjoint.study.tables.backbones import tabulate_prediction
+from boltjoint.study.tables.calibration import tabulate_prediction
 
 
 def test_the_second_mode_lies_within_the_bands_of_the_fit_of_the_first():

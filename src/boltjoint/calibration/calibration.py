@@ -113,13 +113,8 @@ class Calibration:
         low, high = self.compared.space.bounds
         ends = self._profiles.intervals.T
         wide = np.ptp(ends, axis=0) > self.determined_share * (high - low)
-        names = zip(self.names, wide | self._at_bound(ends).any(axis=0), strict=True)
+        names = zip(self.names, wide | _is_at_bound(ends, low, high).any(axis=0), strict=True)
         return tuple(name for name, is_open in names if is_open)
-
-    def _at_bound(self, scaled: Array) -> NDArray[np.bool_]:
-        """Whether parameters in their scales, (..., parameters), lie at a bound or beyond."""
-        low, high = self.compared.space.bounds
-        return np.minimum(scaled - low, high - scaled) < _AT_BOUND * (high - low)
 
     def value(self, name: str) -> float:
         """A parameter that is determined.
@@ -153,24 +148,7 @@ class Calibration:
         checks.choice("parameter", name, self.names)
         if name not in self.undetermined:
             return ""
-        n = self.names.index(name)
-        parameter = self.compared.space.parameters[n]
-        middle = sum(bound[n] for bound in self.compared.space.bounds) / 2
-        for word, at in (
-            ("the best fit lies at", self.scaled),
-            ("its 95 % interval ends at", self._profiles.intervals[:, 0]),
-            ("its 95 % interval ends at", self._profiles.intervals[:, 1]),
-        ):
-            if self._at_bound(at)[n]:
-                bound = parameter.low if at[n] < middle else parameter.high
-                return f"{word} its bound {bound:.4g}"
-        others = np.delete(abs(self.correlation[n]), n)
-        names = [other for other in self.names if other != name]
-        told = ""
-        if others.size and others.max() > 0.95:
-            told = f", it goes with {names[int(np.argmax(others))]}"
-        share = 100 * self.determined_share
-        return f"its 95 % interval is wider than {share:g} % of its bounds{told}"
+        return _reason(self, self.names.index(name), self._profiles.intervals)
 
     def profile(self, name: str) -> tuple[float, float]:
         """95 % interval by the profile likelihood: all others are fitted anew beside the parameter.
@@ -190,18 +168,19 @@ class Calibration:
     def _profiles(self) -> Profiles:
         return Profiles(self.compared, self.scaled, self.loss, self.robust_scale, self.covariance)
 
-    def draws(self, count: int = 400, seed: int = 1) -> ImportanceDraws:
+    def draws(self, count: int = 400, seed: int = 1, processes: int = 1) -> ImportanceDraws:
         """Posterior draws: an approximation, resampled by the true sum of squares.
 
         It is normal where the sum of squares is a parabola, else one along a curved valley
         (``ridge``). The prior is uniform within the bounds, in the scale of each parameter, times
-        stated priors.
+        stated priors. ``processes`` share them, with the same results.
         """
+        checks.whole("processes", processes, above=0)
         count = checks.whole("count", count, at_least=20)
         seed = checks.whole("seed", seed, at_least=0)
         bounds = self.compared.space.bounds
         profiles = self._profiles
-        return importance_draws(profiles.cost, profiles.proposal(), bounds, count, seed)
+        return importance_draws(profiles.cost, profiles.proposal(), bounds, count, seed, processes)
 
     def predict(
         self,
@@ -227,7 +206,7 @@ class Calibration:
         """
         checks.whole("processes", processes, above=0)
         compared = replace(self.compared, measured=curves_of(measured))
-        drawn = self.draws(count, seed).scaled
+        drawn = self.draws(count, seed, processes).scaled
         return predict_curves(compared, self.scaled, drawn, seed, processes)
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
@@ -292,3 +271,29 @@ def _in_words(curve: Measurement, errors: Sequence[float]) -> str:
     pairs = zip(errors, curve.quantities, strict=True)
     told = [f"{error:.2g}{' rad' if of == 'phase' else ''} rms in {of}" for error, of in pairs]
     return f"{' and '.join(told)}, relative"
+
+
+def _reason(calibration: Calibration, n: int, intervals: Array) -> str:
+    """Why a parameter is not determined, by its place and the intervals of all, in their scales."""
+    space, scaled, name = calibration.compared.space, calibration.scaled, calibration.names[n]
+    parameter, middle = space.parameters[n], sum(bound[n] for bound in space.bounds) / 2
+    for word, at in (
+        ("the best fit lies at", scaled[n]),
+        ("its 95 % interval ends at", intervals[n, 0]),
+        ("its 95 % interval ends at", intervals[n, 1]),
+    ):
+        if _is_at_bound(at, *(bound[n] for bound in space.bounds)):
+            bound = parameter.low if at < middle else parameter.high
+            return f"{word} its bound {bound:.4g}"
+    others = np.delete(abs(calibration.correlation[n]), n)
+    names = [other for other in calibration.names if other != name]
+    told = ""
+    if others.size and others.max() > 0.95:
+        told = f", it goes with {names[int(np.argmax(others))]}"
+    share = 100 * calibration.determined_share
+    return f"its 95 % interval is wider than {share:g} % of its bounds{told}"
+
+
+def _is_at_bound(scaled: Array, low: Array, high: Array) -> NDArray[np.bool_]:
+    """Whether parameters in their scales lie at a bound or beyond."""
+    return np.minimum(scaled - low, high - scaled) < _AT_BOUND * (high - low)

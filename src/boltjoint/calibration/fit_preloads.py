@@ -28,6 +28,9 @@ Array = NDArray[np.float64]
 #: preloads of one loose bolt over the full one, of states at which a fit may begin
 _LOOSE = (0.05, 0.2, 0.5)
 
+#: how often a fit is repeated around its result, at most
+REPETITIONS = 3
+
 #: change by a repeated fit, over the standard error, at which it is the last
 _SETTLED = 0.2
 
@@ -55,7 +58,7 @@ def fit_preloads(
     parameters: Sequence[Parameter] | None = None,
     *,
     starts: int = 6,
-    repetitions: int = 3,
+    repetitions: int = REPETITIONS,
     loss: str = "linear",
     options: CalibrationOptions | None = None,
 ) -> Calibration:

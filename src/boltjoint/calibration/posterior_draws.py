@@ -21,6 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import gammaln
 
+from boltjoint.calibration.forked_map import forked_map
+
 Array = NDArray[np.float64]
 
 #: Pareto k above which draws do not stand for the posterior
@@ -32,6 +34,10 @@ _FREEDOM = 7
 _RISE = 2.0
 #: rounds of draws, and Pareto k at which they end
 _FEWEST_ROUNDS, _MOST_ROUNDS, _SMALL_ENOUGH = 3, 8, 0.6
+#: draws of the first rounds, at most: they tell where those of all others should be
+_TRIED = 5000
+#: further draws over those that are needed
+_MARGIN = 1.1
 #: effective draws by parameter of which a covariance is taken
 _EFFECTIVE = 5
 #: effective share of draws below which a proposal is left
@@ -80,6 +86,7 @@ def importance_draws(
     bounds: tuple[Array, Array],
     count: int,
     seed: int,
+    processes: int = 1,
 ) -> ImportanceDraws:
     """Draws of a proposal, resampled by exp(-cost) over its density.
 
@@ -93,10 +100,13 @@ def importance_draws(
         Beyond which the posterior is zero.
     count, seed
         Of the draws.
+    processes
+        Among which the costs of draws are shared (``forked_map``).
     """
     random = np.random.default_rng(seed)
-    drawn = _Draws(cost, bounds)
-    drawn.add(proposal, count // 2, random)
+    drawn = _Draws(cost, bounds, processes)
+    few = min(count // 2, _TRIED)
+    drawn.add(proposal, few, random)
     is_left = False
     for n in range(1, _MOST_ROUNDS):
         weight = drawn.weights()
@@ -106,7 +116,8 @@ def importance_draws(
         is_left = is_left or _effective(weight) < _SHARE * weight.size
         # one round at least reaches where the proposal may not
         is_normal = is_left or n == 1
-        drawn.add(drawn.density() if is_normal else proposal, count // 2, random)
+        number = few if n == 1 else drawn.still_needed(count // 2, few)
+        drawn.add(drawn.density() if is_normal else proposal, number, random)
     weight = drawn.weights()
     if not weight.any():
         return ImportanceDraws(np.empty((0, bounds[0].size)), np.inf, 0.0)
@@ -184,9 +195,12 @@ def student_log_density(standard: Array) -> Array:
 class _Draws:
     """Draws of several densities, with what the cost is there."""
 
-    def __init__(self, cost: Callable[[Array], float], bounds: tuple[Array, Array]) -> None:
-        self._cost, self._bounds = cost, bounds
-        self._densities: list[Proposal] = []
+    def __init__(
+        self, cost: Callable[[Array], float], bounds: tuple[Array, Array], processes: int = 1
+    ) -> None:
+        self._cost, self._bounds, self._processes = cost, bounds, processes
+        #: densities, and logarithms of the numbers of their draws
+        self._densities: list[tuple[Proposal, float]] = []
         self.draws = np.empty((0, bounds[0].size))
         self._costs = np.empty(0)
 
@@ -194,18 +208,34 @@ class _Draws:
         """Further draws; beyond the bounds, or where the model has no mode, cost has no limit."""
         draws, costs = density.draw(count, random), np.full(count, np.inf)
         inside = np.all((draws >= self._bounds[0]) & (draws <= self._bounds[1]), axis=1)
-        for n in np.flatnonzero(inside):
-            try:
-                costs[n] = self._cost(draws[n])
-            except ValueError:
-                continue
-        self._densities.append(density)
+        costs[inside] = list(forked_map(self._cost_at, draws[inside], self._processes))
+        self._densities.append((density, float(np.log(count))))
         self.draws = np.concatenate([self.draws, draws])
         self._costs = np.concatenate([self._costs, costs])
 
+    def still_needed(self, effective: int, few: int) -> int:
+        """Further draws until so many are effective, if these are as those before; some at least.
+
+        At most as many as should be effective.
+        """
+        weight = self.weights()
+        before = _effective(weight)
+        if before == 0:
+            return effective
+        needed = _MARGIN * (effective - before) * weight.size / before
+        return int(np.clip(np.ceil(needed), few, effective))
+
+    def _cost_at(self, draw: Array) -> float:
+        try:
+            return self._cost(draw)
+        except ValueError:
+            return np.inf
+
     def weights(self, power: float = 1.0) -> Array:
-        """exp(-cost) over the mean of all densities, to a power; 1 in all, or 0 everywhere."""
-        log_densities = [density.log_density(self.draws) for density in self._densities]
+        """exp(-cost) over the density of all draws, to a power; 1 in all, or 0 everywhere."""
+        log_densities = [
+            density.log_density(self.draws) + number for density, number in self._densities
+        ]
         log_weight = -self._costs - np.logaddexp.reduce(log_densities)
         if not np.isfinite(log_weight).any():
             return np.zeros(log_weight.size)
@@ -222,7 +252,7 @@ class _Draws:
             power /= 2
         weight = self.weights(power)
         if not weight.any():
-            return self._densities[-1]
+            return self._densities[-1][0]
         centre = weight @ self.draws
         off = self.draws - centre
         width = self._bounds[1] - self._bounds[0]

@@ -1,17 +1,14 @@
 """Prediction of curves that were held aside from a calibration, with bands by posterior draws."""
 
-from collections.abc import Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil
-from multiprocessing import get_all_start_methods, get_context
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint import checks
+from boltjoint.calibration.forked_map import forked_map
 from boltjoint.calibration.level_path import NotReached
 from boltjoint.calibration.measured_backbone import MeasuredBackbone, Measurement
 from boltjoint.calibration.model_curves import ModelCurves
@@ -20,8 +17,6 @@ Array = NDArray[np.float64]
 
 #: ends of an interval of 95 %
 _ENDS = (0.025, 0.975)
-#: draws that a process solves at a time, at most, and how often it is given some
-_AT_ONCE, _TIMES = 100, 4
 
 
 class Shift(NamedTuple):
@@ -112,8 +107,7 @@ def predict_curves(
     seed
         Of the scatter of the measurement.
     processes
-        Among which the draws are shared: results are the same. They are forked, so that no threads
-        of one's own should run.
+        Among which the draws are shared (``forked_map``).
 
     Raises
     ------
@@ -127,42 +121,13 @@ def predict_curves(
     for measured, resonance in zip(compared.measured, compared.resonances, strict=True):
         alone = replace(compared, measured=(measured,))
         curve = _curve_at(alone, best)
-        points = list(_curves_at(alone, different, processes))
+        points = list(forked_map(partial(_curve_at, alone), different, processes))
         reached = [points[n] for n in place.ravel() if points[n] is not None]
         draws = np.array(reached).reshape(-1, *measured.values.shape)
         noise = random.standard_normal(draws.shape) * measured.deviations
         curve = np.full(measured.values.shape, np.nan) if curve is None else curve
         predicted.append(PredictedCurve(measured, resonance, curve, draws, draws + noise))
     return tuple(predicted)
-
-
-def _curves_at(compared: ModelCurves, drawn: Array, processes: int) -> Iterator[Array | None]:
-    """The only curve of a model with each of the draws, as ``_curve_at``."""
-    if processes == 1:
-        yield from map(partial(_curve_at, compared), drawn)
-        return
-    if "fork" not in get_all_start_methods():
-        raise ValueError(f"processes is {processes}: it must be 1 where a process cannot be forked")
-    # a model may hold functions of a script, which a fork has and no other process is given
-    at_once = min(_AT_ONCE, ceil(len(drawn) / (_TIMES * processes)))
-    parts = (drawn[first : first + at_once] for first in range(0, len(drawn), at_once))
-    with ProcessPoolExecutor(
-        processes, get_context("fork"), initializer=_keep, initargs=(compared,)
-    ) as pool:
-        for curves in pool.map(_curves_of_kept, parts):
-            yield from curves
-
-
-_kept: list[ModelCurves] = []
-
-
-def _keep(compared: ModelCurves) -> None:
-    """Keep the model of a process."""
-    _kept[:] = [compared]
-
-
-def _curves_of_kept(drawn: Iterable[Array]) -> list[Array | None]:
-    return [_curve_at(_kept[0], scaled) for scaled in drawn]
 
 
 def _curve_at(compared: ModelCurves, scaled: Array) -> Array | None:

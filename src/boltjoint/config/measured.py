@@ -190,7 +190,8 @@ class Measured(EntryWithLaterKeys):
     """A joint that ``solve`` has in this basis."""
     starts: Annotated[int, Field(strict=True, ge=1, le=1000), INTEGRAL] = 8
     """Number of fits from different starts, of which the best is kept: a fit may have several
-    minima."""
+    minima. Of preloads of bolts, states with all bolts as in the case or one loose at which fits
+    begin, until the model can be right."""
     seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 1
     """Seed of the starts: with the same one they are the same."""
     loss: Loss = "linear"

@@ -161,6 +161,10 @@ def _allowed(field: Schema) -> str:
             return "parameters, each as below"
         case {"additionalProperties": {"type": kind, "minimum": least}}:
             return f"names of bolts, each with a {_KINDS[kind]} ≥ {least:g}"
+        case {"additionalProperties": {"type": "number", "x-unit": _}}:
+            return "keys of the case, each with a number"
+        case {"patternProperties": _}:
+            return "names of sensors, each with a number"
         case {"additionalProperties": {"type": kind}}:
             return f"names of columns, each with a {_KINDS[kind]}"
         case {"enum": values}:

@@ -115,7 +115,8 @@ def _fitted(
         started(parameter, values.get(parameter.name, model.value(parameter.name)))
         for parameter in parameters
     ]
-    return fit_preloads(model, curves, begun, loss=loss, options=options)
+    states = options.starts
+    return fit_preloads(model, curves, begun, starts=states, loss=loss, options=options)
 
 
 def _loosest(calibration: Calibration) -> dict[str, xr.Variable]:

@@ -22,7 +22,7 @@ study on a machine that does nothing else.
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from boltjoint.config.conflicts_of_measured import measurement_of
+from boltjoint.config.conflicts_of_measured import fits_preloads, measurement_of
 from boltjoint.config.described import COUNTLESS
 from boltjoint.config.numerical_options import Solver
 from boltjoint.config.study import Study
@@ -37,6 +37,7 @@ from boltjoint.config.types import (
 from boltjoint.names import Basis, JointName
 from boltjoint.options import CONVERGING
 from boltjoint.study.artefact_list import Contents
+from boltjoint.study.time_of_calibration import count_tightenings, time_of_calibration
 
 _NUMBER = 8
 
@@ -82,13 +83,6 @@ _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
-#: of a measured point in each evaluation of a fit, and for each element, vector and parameter [s];
-#: evaluations from one start
-_PER_POINT, _PER_DERIVATIVE, _EVALUATIONS = 2e-4, 4e-8, 30
-#: evaluations for the profile of a parameter, and for posterior draws with those that find them
-_OF_PROFILE, _DRAWN = 16, 300
-#: posterior draws of which curves are predicted
-_PREDICTED = 200
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -280,21 +274,19 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
 
 
 def _of_calibration(contents: Contents, name: str, pairs: float) -> EstimatedJob:
-    """The fit of a joint to its measurement."""
-    study = contents.study
-    measured, basis = measurement_of(study.cases[name]), contents.calibrated(name)["basis"]
+    """The fit of a joint to its measurement, and of preloads of its bolts."""
+    study, case = contents.study, contents.study.cases[name]
+    measured, basis = measurement_of(case), contents.calibrated(name)["basis"]
     elements, vectors = _elements(measured.joint, pairs), _vectors(study, basis)
-    # derivatives by each parameter take two residuals
-    effort = study.cases[name].contact.declaration.relative_time * elements * vectors
-    of_point = _PER_POINT + _PER_DERIVATIVE * effort * (1 + len(measured.parameters))
-    # the profile of each parameter, and draws that need no derivatives
-    count = len(measured.parameters)
-    evaluations = _EVALUATIONS * measured.starts + _OF_PROFILE * count + _DRAWN / (1 + count)
-    fitted, predicted = study.measured_points.get(name, (1, 0))
-    seconds = of_point * evaluations * fitted
-    seconds += (_PER_POINT + _PER_DERIVATIVE * effort) * _PREDICTED * predicted
-    key = f"{CASE_FOLDER}/{name}.yaml: measured.starts"
-    return EstimatedJob("calibration", name, _SOLVER, seconds, key, f"to fit {name}")
+    effort = case.contact.declaration.relative_time * elements * vectors
+    seconds = time_of_calibration(measured, effort, *study.measured_points.get(name, (1, 0)))
+    memory, key = _SOLVER, f"{CASE_FOLDER}/{name}.yaml: measured.starts"
+    if fits_preloads(measured):
+        assembly = study.assembly(case.assembly)
+        nodes = min((2 - assembly.has_mirror_images) * assembly.size.nodes, COUNTLESS)
+        memory = max(memory, _PROCESS + _BESIDE_FACTORS + _FACTORS * nodes ** (4 / 3))
+        seconds += _TIGHTEN * nodes**2 * count_tightenings(measured, assembly.bolt_count)
+    return EstimatedJob("calibration", name, memory, seconds, key, f"to fit {name}")
 
 
 def _solutions(solver: Solver) -> float:

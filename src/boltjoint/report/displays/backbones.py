@@ -219,7 +219,7 @@ def fitted_responses(artefact: Artefact, results: "Results") -> "Figure":
 )
 def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Values with intervals and bounds."""
-    from boltjoint.study.tables.backbones import tabulate_parameters
+    from boltjoint.study.tables.calibration import tabulate_parameters
 
     return tabulate_parameters(_of(artefact, results))
 
@@ -235,7 +235,7 @@ def parameters(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 )
 def posterior(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Quantiles of the draws, and how far they can be trusted."""
-    from boltjoint.study.tables.backbones import tabulate_posterior
+    from boltjoint.study.tables.calibration import tabulate_posterior
 
     return tabulate_posterior(_of(artefact, results))
 
@@ -249,7 +249,7 @@ def posterior(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 )
 def correlation(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Correlation of each two parameters."""
-    from boltjoint.study.tables.backbones import tabulate_correlation
+    from boltjoint.study.tables.calibration import tabulate_correlation
 
     return tabulate_correlation(_of(artefact, results))
 
@@ -264,7 +264,7 @@ def correlation(artefact: Artefact, results: "Results") -> "pd.DataFrame":
 )
 def residuals(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Size and order of the residuals of each curve."""
-    from boltjoint.study.tables.backbones import tabulate_residuals
+    from boltjoint.study.tables.calibration import tabulate_residuals
 
     return tabulate_residuals(_of(artefact, results))
 
@@ -293,6 +293,6 @@ def prediction(artefact: Artefact, results: "Results") -> "Figure":
 )
 def predicted_curves(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Errors, shifts and points within the bands."""
-    from boltjoint.study.tables.backbones import tabulate_prediction
+    from boltjoint.study.tables.calibration import tabulate_prediction
 
     return tabulate_prediction(results.dataset("prediction", **artefact.fields))
