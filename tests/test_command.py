@@ -54,6 +54,9 @@ def test_check_says_what_is_wrong_or_needed(tmp_path, monkeypatch, capsys):
     capsys.readouterr()
     assert main(["check", str(tmp_path / "mine")]) == 0
     assert "Estimate: 8 frequency responses in less than a minute" in capsys.readouterr().out
+    (tmp_path / "mine/config/other.yaml").write_text("cases: [nowhere]\n")
+    assert main(["check", str(tmp_path / "mine"), "--study", "config/other.yaml"]) == 1
+    assert "nowhere" in capsys.readouterr().err
     assembly = tmp_path / "mine/config/assemblies/mine.yaml"
     text = assembly.read_text()
     assembly.write_text(text.replace("modulus_GPa: 70 ", "modulus_GPa: 70000 "))

@@ -77,6 +77,11 @@ def test_a_measurement_gives_back_the_parameters_of_its_joint(copied):
     simulate(copied)
     write_config(copied, CASES | {"small": CASE | {"measured": MEASURED}})
     files = files_of_fit(copied, "small")
+    other = copied / "config/other.yaml"
+    other.write_text("cases: [variable]\n", encoding="utf-8")
+    with pytest.raises(ValueError, match="variable"):
+        files_of_fit(copied, "small", "config/other.yaml")
+    other.unlink()
     assert all("calibration/" in each or "small_enriched-8_node-to-node" in each for each in files)
     page, overview = "results/report/small.html", "results/report/overview.html"
     new = set(planned(copied))

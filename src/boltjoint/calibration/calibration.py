@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from boltjoint import checks
+from boltjoint.calibration.ensemble_walk import EnsembleDraws, ensemble_draws
 from boltjoint.calibration.measured_backbone import Measurement, curves_of
 from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.posterior_draws import ImportanceDraws, importance_draws
@@ -182,12 +183,28 @@ class Calibration:
         profiles = self._profiles
         return importance_draws(profiles.cost, profiles.proposal(), bounds, count, seed, processes)
 
+    def walk(self, count: int = 4000, seed: int = 1) -> EnsembleDraws:
+        """Posterior draws by an ensemble of walkers, where Pareto k of ``draws`` is too large.
+
+        It needs emcee, and twice as many evaluations as draws, which depend on each other.
+
+        Raises
+        ------
+        ValueError
+            If an argument is out of range, or emcee is not installed.
+        """
+        count = checks.whole("count", count, at_least=20)
+        seed = checks.whole("seed", seed, at_least=0, at_most=2**32 - 1)
+        of_space = self.scaled, self.standard_error, self.compared.space.bounds
+        return ensemble_draws(self._profiles.cost, *of_space, count, seed)
+
     def predict(
         self,
         measured: Sequence[Measurement] | Measurement,
         count: int = 400,
         seed: int = 1,
         processes: int = 1,
+        drawn: Array | None = None,
     ) -> tuple[PredictedCurve, ...]:
         """Curves that were held aside from the fit, with 95 % bands by posterior draws.
 
@@ -198,6 +215,8 @@ class Calibration:
             theirs too.
         count, seed, processes
             Of the draws; processes share them, with the same results.
+        drawn
+            Parameters in their scales in place of these draws, as of ``walk``, (draws, parameters).
 
         Raises
         ------
@@ -206,7 +225,9 @@ class Calibration:
         """
         checks.whole("processes", processes, above=0)
         compared = replace(self.compared, measured=curves_of(measured))
-        drawn = self.draws(count, seed, processes).scaled
+        if drawn is None:
+            drawn = self.draws(count, seed, processes).scaled
+        drawn = checks.array("drawn", drawn, ("draws", len(self.names)))
         return predict_curves(compared, self.scaled, drawn, seed, processes)
 
     def curves(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
@@ -254,16 +275,7 @@ class Calibration:
 
     def summary(self) -> str:
         """All of it in words: what the model cannot be is said first."""
-        lines = [f"The model cannot be right: {sentence}." for sentence in self.refusals]
-        for name, value in self.best_values.items():
-            if name in self.undetermined:
-                lines.append(f"{name} cannot be told: {self.reason(name)}.")
-            else:
-                low, high = self.interval(name)
-                lines.append(f"{name} = {value:.4g} (95 %: {low:.4g} to {high:.4g})")
-        for curve, errors in zip(self.compared.measured, self.rms_errors, strict=True):
-            lines.append(f"{curve.name}: {_in_words(curve, errors)}")
-        return "\n".join(lines)
+        return "\n".join(_sentences(self))
 
 
 def _in_words(curve: Measurement, errors: Sequence[float]) -> str:
@@ -297,3 +309,17 @@ def _reason(calibration: Calibration, n: int, intervals: Array) -> str:
 def _is_at_bound(scaled: Array, low: Array, high: Array) -> NDArray[np.bool_]:
     """Whether parameters in their scales lie at a bound or beyond."""
     return np.minimum(scaled - low, high - scaled) < _AT_BOUND * (high - low)
+
+
+def _sentences(calibration: Calibration) -> list[str]:
+    """What cannot be, parameters with their intervals, and errors of each curve."""
+    lines = [f"The model cannot be right: {sentence}." for sentence in calibration.refusals]
+    for name, value in calibration.best_values.items():
+        if name in calibration.undetermined:
+            lines.append(f"{name} cannot be told: {calibration.reason(name)}.")
+        else:
+            low, high = calibration.interval(name)
+            lines.append(f"{name} = {value:.4g} (95 %: {low:.4g} to {high:.4g})")
+    for curve, errors in zip(calibration.compared.measured, calibration.rms_errors, strict=True):
+        lines.append(f"{curve.name}: {_in_words(curve, errors)}")
+    return lines

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from boltjoint.config.study import Study
 
 
-def files_of_fit(folder: str | Path, case: str) -> list[str]:
+def files_of_fit(folder: str | Path, case: str, study: str | None = None) -> list[str]:
     """The calibration of a case, the fitted case, and their figure and tables.
 
     Parameters
@@ -29,6 +29,8 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
         The folder that holds ``config/``.
     case
         Name of the case.
+    study
+        A file whose keys replace those of ``config.yaml``, seen from the folder.
 
     Raises
     ------
@@ -42,11 +44,11 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
     from boltjoint.report.displays.backbones import SECTION_OF_CALIBRATION
     from boltjoint.study.artefact_list import Contents
 
-    study = load_study(checks.path("folder", folder))
-    checks.choice("case", case, tuple(study.cases))
-    if study.cases[case].measured is None:
+    loaded = load_study(checks.path("folder", folder), _changes(study))
+    checks.choice("case", case, tuple(loaded.cases))
+    if loaded.cases[case].measured is None:
         raise ValueError(f"config/cases/{case}.yaml has no key measured: there is nothing to fit")
-    contents = Contents(study, DISPLAYS)
+    contents = Contents(loaded, DISPLAYS)
     shown = [
         path
         for display in DISPLAYS.on_page(contents, case)
@@ -54,6 +56,11 @@ def files_of_fit(folder: str | Path, case: str) -> list[str]:
         for path in display.paths
     ]
     return [*contents.files("calibration", "fitted_case", "prediction", case=case), *shown]
+
+
+def _changes(study: str | None) -> dict[str, str]:
+    """The keys by which another study is named; none for that of ``config.yaml``."""
+    return {} if study is None else {"study": study}
 
 
 #: of the workflow, in a checkout and in an installation
@@ -101,12 +108,15 @@ def _parser() -> argparse.ArgumentParser:
         return command_parser
 
     add("new", _new, "write a commented assembly, case and sweep into a folder")
-    add("check", _check, "read the configuration of a study and say what a run would need")
+    check = add("check", _check, "read the configuration of a study and say what a run would need")
     run = add("run", _run, "compute what is not up to date; further options are Snakemake's")
     run.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
     fit = add("fit", _fit, "fit the joint of a case to its measured backbones")
     fit.add_argument("case", help="name of a case with a key measured")
     fit.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
+    words = "a file of the folder whose keys replace those of config/config.yaml"
+    for command in (check, run, fit):
+        command.add_argument("--study", metavar="FILE", help=words)
     add("open", _open, "open the report of a study in a browser")
     export = add("export", _export, "write responses, peaks and backbones for other programs")
     export.add_argument("--format", choices=("csv", "mat", "uff", "pvd"), default="csv")
@@ -141,7 +151,7 @@ def _check(options: argparse.Namespace) -> int:
         return refused
     os.chdir(options.folder)
     try:
-        study = load_study(Path.cwd())
+        study = load_study(Path.cwd(), _changes(options.study))
         needed = memory_and_time_of_study.estimate(study)
     except ConfigError as error:
         return _refuse(str(error))
@@ -185,6 +195,8 @@ def _run(options: argparse.Namespace) -> int:
     command += ["--workflow-profile", str(profile)]
     command += ["--directory", str(options.folder), "--cores", str(options.cores)]
     command += options.further
+    if options.study is not None:
+        command += ["--config", f"study={options.study}"]
     running = subprocess.Popen(
         command,
         stderr=subprocess.PIPE,
@@ -205,7 +217,7 @@ def _fit(given: argparse.Namespace) -> int:
     if refused := _refuse_without_study(given.folder):
         return refused
     try:
-        given.further = files_of_fit(given.folder, given.case)
+        given.further = files_of_fit(given.folder, given.case, given.study)
     except ValueError as error:
         return _refuse(str(error))
     return _run(given)
