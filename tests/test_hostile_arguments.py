@@ -57,6 +57,9 @@ MODE = boltjoint.identify_ring_down(DECAY, (20.0, 60.0))
 STIFFNESS = 40.0**2 - np.linspace(30.0, 50.0, 9) ** 2 + 20j
 
 CURVE = boltjoint.MeasuredBackbone([1e-6, 1e-5], [90.0, 85.0], 1.0, [0.01, 0.02], 0.001)
+SINE = boltjoint.MeasuredResponse(
+    [30.0, 40.0], [1e-6, 2e-6], 1.0, 0.1, [-0.1, -0.3], 0.1, name="sine"
+)
 
 
 def values_of(found):
@@ -182,6 +185,7 @@ CALLS = {
         },
     ),
     "MeasuredBackbone": (boltjoint.MeasuredBackbone, values_of(CURVE)),
+    "MeasuredResponse": (boltjoint.MeasuredResponse, values_of(SINE)),
     "fit": (
         boltjoint.fit,
         {

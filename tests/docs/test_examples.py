@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from boltjoint import ConstantLoad, Joint, dataset, simulate_ring_down, solve_response
+from boltjoint import ConstantLoad, Joint, dataset, simulate_ring_down, solve_branch, solve_response
 from boltjoint.friction.iwan import FourParameterIwan
 from boltjoint.joint.io import joint_to_dataset
 
@@ -82,7 +82,7 @@ def test_a_ring_down_is_identified_and_a_joint_fitted_to_it(tmp_path, monkeypatc
     law = FourParameterIwan([0], [1e7], [100.0], [-0.5], [1.0])
     joint = Joint(75 * one, one, one, np.array([[0.1]]), place, law, place)
     names = {"joint": joint}
-    identify, calibrate = blocks("measurement")
+    identify, calibrate, with_sine = blocks("measurement")
     exec(identify, names)
     mode = names["mode"]
     assert 75 < mode.frequency.min() < mode.frequency.max() < 90
@@ -91,3 +91,13 @@ def test_a_ring_down_is_identified_and_a_joint_fitted_to_it(tmp_path, monkeypatc
     assert of_frequency < 2e-3
     assert of_damping < 0.2
     assert "tangential_stiffness" in capsys.readouterr().out
+    branch = solve_branch(measured, 0.3, damping=0.008)
+    every = branch.frequency.size // 20
+    names["frequency"] = branch.frequency[::every]
+    names["acceleration"] = branch.amplitude[::every] * (2 * np.pi * names["frequency"]) ** 2
+    names["force"] = np.full(len(names["frequency"]), 0.3)
+    # that of the acceleration: half a turn behind at rest, a quarter at the peak
+    off = branch.frequency[::every] - branch.peak_frequency
+    names["phase"] = np.pi / 2 - np.arctan(off / 0.5)
+    exec(with_sine, names)
+    assert [len(errors) for errors in names["found"].rms_errors] == [2, 2]

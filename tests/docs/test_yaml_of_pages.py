@@ -199,12 +199,14 @@ def test_blocks_are_read_as_the_files_that_they_are(block, study):
         path.write_text(merged(path.read_text(), block.text), encoding="utf-8")
     if kind == "sweeps":
         changes["sweeps"] = [name]
-    for curve in content.get("measured", {}).get("curves", ()):
+    measured = content.get("measured", {})
+    for curve in (*measured.get("curves", ()), *measured.get("responses", ())):
         (study / curve["file"]).parent.mkdir(exist_ok=True)
         # its columns stand in a comment beside it
         line = next(line for line in block.text.splitlines() if curve["file"] in line)
         columns = line.split("# ")[1]
-        rows = "\n".join(f"{mode},{n},100,0.01" for mode in (1, 2) for n in range(1, 9))
+        others = ",100,0.01" if "resonance" in curve else ",1,1,1"
+        rows = "\n".join(f"{mode},{n}{others}" for mode in (1, 2, 3) for n in range(1, 9))
         (study / curve["file"]).write_text(f"{columns.replace(' ', '')}\n{rows}\n")
     read = load_study(study, {"cases": [name], **changes})
     assert list(read.cases) == [name]

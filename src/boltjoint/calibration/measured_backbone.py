@@ -33,16 +33,16 @@ class MeasuredBackbone:
     resonance
         Number of the mode in the model, from 1; by default that of the shape, or of the nearest
         frequency.
+    sensor
+        Name of the output of the model; by default its output point.
+    name
+        Of the curve, in messages and results.
     shape
         Amplitudes of two or more sensors in the mode, by the names of outputs of the model, with
         signs: the mode of the model is that of the largest modal assurance criterion (MAC).
     configuration
         Values of the model in which it was measured, by their names, as ``preload_N``: they take
         the place of fitted ones.
-    sensor
-        Name of the output of the model; by default its output point.
-    name
-        Of the curve, in messages and results.
 
     Raises
     ------
