@@ -69,4 +69,4 @@ def test_draws_of_walkers_make_bands():
 def test_without_emcee_it_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "emcee", None)
     with pytest.raises(ValueError, match=r"pip install boltjoint\[mcmc\]"):
-        found().walk(100)
+        found().walk(400)

@@ -192,7 +192,7 @@ def test_a_loose_bolt_is_found_by_a_backbone_and_a_stepped_sine(copied):
         error = float(found["interval_high"] - found["interval_low"]) / 4
         assert float(found["value"]) == pytest.approx(value, abs=3 * error)
     assert calibration["loosest_probability"].sel(parameter="preload_ratios[0]") > 0.99
-    said = "The lowest preload is preload_ratios[0] with a probability of 100 %."
+    said = "Of the fitted preloads preload_ratios[0] is the lowest, by 100 % probability."
     assert said in calibration.attrs["answer"]
     fitted = (copied / FOLDER / "calibration/fitted.yaml").read_text(encoding="utf-8")
     ratios = strict_yaml.parse_mapping(fitted)["preload_ratios"]

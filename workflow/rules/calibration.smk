@@ -15,9 +15,9 @@ rule calibrate_joint:
         mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
         runtime=lambda w: resources_of("calibration", w.case)["runtime"],
     params:
-        library=library("calibrate_joint.py"),
+        library=lambda w: library_of_fit("calibrate_joint.py", w.case),
         case=lambda w: calibrated_content(study.case(w.case)),
-        excited=lambda w: excited_of(w.case),
+        bolts=lambda w: bolts_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(exclude={"predicted"}),
         files=lambda w: {file: study.hashes[file] for file in measured_files(w.case)},
     script:
@@ -42,9 +42,9 @@ rule predict_measured:
         mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
         runtime=lambda w: resources_of("calibration", w.case)["runtime"],
     params:
-        library=library("predict_measured.py"),
+        library=lambda w: library_of_fit("predict_measured.py", w.case),
         case=lambda w: calibrated_content(study.case(w.case)),
-        excited=lambda w: excited_of(w.case),
+        bolts=lambda w: bolts_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(),
         files=lambda w: {
             file: study.hashes[file] for file in measured_files(w.case, "predicted")

@@ -13,7 +13,11 @@ from snakemake.logging import logger
 from snakemake.sourcecache import LocalSourceFile
 
 from boltjoint.config import makers
-from boltjoint.config.conflicts_of_measured import calibrated_content, fits_preloads
+from boltjoint.config.conflicts_of_measured import (
+    calibrated_content,
+    fits_preloads,
+    range_of_ratios,
+)
 from boltjoint.config.numerical_options import COMPARED_RESONANCES
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ASSEMBLY_FOLDER, ConfigError
@@ -219,12 +223,20 @@ def told_of_case(case):
     return told
 
 
-def excited_of(case):
-    """Excitation and sensors of such a case."""
+def bolts_of(case):
+    """Excitation with sensors, and range of preloads of such a case."""
     found = study.case(case)
     if not fits_preloads(found.measured):
-        return None
-    return found.excitation, (*found.sensors, *found.outputs)
+        return None, None
+    excited = found.excitation, (*found.sensors, *found.outputs)
+    return excited, range_of_ratios(found)
+
+
+def library_of_fit(script, case):
+    """Library of a fit; of preloads of bolts, with the maker of their assembly."""
+    found = study.case(case)
+    makers_asked = [maker_of(found.assembly)] if fits_preloads(found.measured) else []
+    return library(script, makers_asked)
 
 
 def hash_of_table(file):

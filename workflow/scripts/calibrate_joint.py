@@ -12,6 +12,6 @@ logs.write_to(snakemake.log[0])
 params = snakemake.params
 joint, measured = load_joint(snakemake.input.joint), Measured.model_validate(params.measured)
 texts = {file: read_file(file) for file in params.files}
-bolts = bolts_of_case(snakemake.input.tightened, params.case, params.excited, measured)
+bolts = bolts_of_case(snakemake.input.tightened, params.case, *params.bolts)
 calibration = calibrate(joint, params.case, measured, texts, bolts)
 dataset.save(calibration, snakemake.output[0], params)

@@ -13,6 +13,6 @@ params, files = snakemake.params, snakemake.input
 joint, measured = load_joint(files.joint), Measured.model_validate(params.measured)
 texts = {file: read_file(file) for file in params.files}
 calibration = dataset.load(files.calibration)
-bolts = bolts_of_case(files.tightened, params.case, params.excited, measured)
+bolts = bolts_of_case(files.tightened, params.case, *params.bolts)
 prediction = predict(joint, params.case, measured, texts, calibration, bolts)
 dataset.save(prediction, snakemake.output[0], params)

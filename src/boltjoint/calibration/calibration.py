@@ -184,16 +184,14 @@ class Calibration:
         return importance_draws(profiles.cost, profiles.proposal(), bounds, count, seed, processes)
 
     def walk(self, count: int = 4000, seed: int = 1) -> EnsembleDraws:
-        """Posterior draws by an ensemble of walkers, where Pareto k of ``draws`` is too large.
-
-        It needs emcee, and twice as many evaluations as draws, which depend on each other.
+        """Draws by walkers (emcee), where Pareto k is too large: twice as many evaluations.
 
         Raises
         ------
         ValueError
             If an argument is out of range, or emcee is not installed.
         """
-        count = checks.whole("count", count, at_least=20)
+        count = checks.whole("count", count, at_least=400)
         seed = checks.whole("seed", seed, at_least=0, at_most=2**32 - 1)
         of_space = self.scaled, self.standard_error, self.compared.space.bounds
         return ensemble_draws(self._profiles.cost, *of_space, count, seed)
@@ -235,6 +233,13 @@ class Calibration:
 
         Frequency [Hz] and damping ratio of a backbone; those of ``MeasuredResponse.values``.
         """
+        return list(self._curves if amplitudes is None else self._curves_at(amplitudes))
+
+    @cached_property
+    def _curves(self) -> list[Array]:
+        return self._curves_at()
+
+    def _curves_at(self, amplitudes: Sequence[Array] | None = None) -> list[Array]:
         points = self.compared.curves_at(self.scaled, amplitudes, slopes=False)
         return [curves for curves, _ in points]
 
@@ -248,10 +253,7 @@ class Calibration:
 
     @property
     def rms_errors(self) -> list[tuple[float, ...]]:
-        """Root mean square of the errors of each curve, by its quantities.
-
-        Relative ones of frequency, damping and excitation; of phases in rad.
-        """
+        """Root mean square of the errors of each curve by its quantities, of phases in rad."""
         pairs = zip(self.compared.measured, self.curves(), strict=True)
         return [curve.rms_errors(model) for curve, model in pairs]
 
@@ -274,15 +276,18 @@ class Calibration:
         return tuple(sentence for check in self.checks_of_curves for sentence in check.sentences)
 
     def summary(self) -> str:
-        """All of it in words: what the model cannot be is said first."""
+        """All of it in words, what the model cannot be first."""
         return "\n".join(_sentences(self))
 
 
 def _in_words(curve: Measurement, errors: Sequence[float]) -> str:
     """Errors of a curve, by its quantities."""
     pairs = zip(errors, curve.quantities, strict=True)
-    told = [f"{error:.2g}{' rad' if of == 'phase' else ''} rms in {of}" for error, of in pairs]
-    return f"{' and '.join(told)}, relative"
+    told = [
+        f"{error:.2g} rad rms in phase" if of == "phase" else f"{error:.2g} rms in {of}, relative"
+        for error, of in pairs
+    ]
+    return " and ".join(told)
 
 
 def _reason(calibration: Calibration, n: int, intervals: Array) -> str:

@@ -34,12 +34,15 @@ class EnsembleDraws:
         All draws after those that are left out, (draws, parameters).
     effective
         Number of independent ones, by the longest autocorrelation: some hundred are needed.
+    steps
+        Of a walker, over that autocorrelation: below 50 it is not well known, and is too short.
     accepted
         Share of steps that were accepted: 0.2 to 0.5 where walkers move well.
     """
 
     scaled: Array
     effective: float
+    steps: float
     accepted: float
 
 
@@ -100,7 +103,7 @@ def ensemble_draws(
     sampler.run_mcmc(emcee.State(np.array(begun), random_state=state), steps)
     left_out = steps - int(np.ceil(count / walkers))
     chain = sampler.get_chain(discard=left_out)
-    time = np.max(emcee.autocorr.integrated_time(chain, quiet=True, tol=0))
+    time = max(float(np.max(emcee.autocorr.integrated_time(chain, quiet=True, tol=0))), 1.0)
     drawn = chain.reshape(-1, centre.size)[-count:]
     accepted = float(np.mean(sampler.acceptance_fraction))
-    return EnsembleDraws(drawn, float(len(drawn) / max(time, 1.0)), accepted)
+    return EnsembleDraws(drawn, len(drawn) / time, len(chain) / time, accepted)

@@ -106,11 +106,19 @@ def fit_preloads(
     options = replace(checks.instance("options", options, CalibrationOptions), starts=1)
     curves, fitted = curves_of(measured), _Preloads(tuple(parameters))
     ends: list[Calibration] = []
+    refused = ValueError("the model cannot be solved at any state of its bolts")
     for state in _states(model, curves, fitted)[:starts]:
         begun = model.at_state(state), curves, fitted.at(state)
-        ends.append(_settled(*begun, repetitions, loss, options))
+        try:
+            ends.append(_settled(*begun, repetitions, loss, options))
+        except ValueError as error:
+            # no mode at the amplitudes: other states may have one
+            refused = error
+            continue
         if not ends[-1].refusals:
             break
+    if not ends:
+        raise refused
     return min(ends, key=lambda end: float(end.costs.min()))
 
 
@@ -160,7 +168,11 @@ def _settled(
     for _ in range(repetitions):
         last, model = found, model.at_state(fitted.state(model.state, found.scaled))
         again = fitted.after(found).parameters
-        found = fit(model, curves, again, loss=loss, options=options)
+        try:
+            found = fit(model, curves, again, loss=loss, options=options)
+        except ValueError:
+            # around its own result the model does not reach an amplitude: that before is kept
+            break
         change = abs(found.scaled - last.scaled)[preloads]
         if np.all(change <= _SETTLED * found.standard_error[preloads]):
             break
@@ -190,7 +202,7 @@ def _states(model: ModelOfBolts, curves: tuple[Measurement, ...], fitted: _Prelo
 
 
 def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[str, float]:
-    """Probability of each bolt that its preload is the lowest, by the covariance of a calibration.
+    """Probability of each fitted preload to be the lowest, by the covariance of a calibration.
 
     Parameters
     ----------
@@ -218,10 +230,17 @@ def loosest_bolt(found: Calibration, count: int = 4000, seed: int = 1) -> dict[s
         raise ValueError(f"no preload_ratios are among the parameters {', '.join(found.names)}")
     if found.refusals:
         raise ValueError(f"the model cannot be right: {found.refusals[0]}")
-    _, jacobian = found.residual_and_jacobian
-    if not jacobian[:, places].any():
+    residual, jacobian = found.residual_and_jacobian
+    space = found.compared.space
+    # priors know of preloads without a measurement
+    measured = residual.size - space.prior_residual(found.scaled).size
+    if not jacobian[:measured, places].any():
         raise ValueError("the measurement does not depend on any preload: nothing slips in it")
     drawn = random.standard_normal((count, found.scaled.size)) @ found.covariance_root.T
-    lowest = (found.scaled + drawn)[:, places].argmin(axis=1)
+    preloads = (found.scaled + drawn)[:, places]
+    for column, n in zip(preloads.T, places, strict=True):
+        # of a logarithm, whatever the scale of others
+        column[:] = np.exp(column) if space.parameters[n].logarithmic else column
+    lowest = preloads.argmin(axis=1)
     shares = np.bincount(lowest, minlength=len(places)) / count
     return {found.names[n]: float(share) for n, share in zip(places, shares, strict=True)}

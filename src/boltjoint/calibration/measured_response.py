@@ -25,8 +25,8 @@ class MeasuredResponse:
     frequency
         Of the excitation [Hz], shape (points,).
     amplitude
-        Of the sensor [SI unit of its quantity], (points,); one number is that of all points, here
-        and below.
+        Of the sensor [SI unit of its quantity], (points,), relative to supports that move; one
+        number is that of all points, here and below.
     excitation, excitation_deviation
         Level [N, or m/s2 of the supports] and its standard deviation, (points,): that of the
         amplitude and what a model leaves out belong to it.

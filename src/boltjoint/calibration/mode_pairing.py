@@ -54,6 +54,12 @@ def paired_mode(curve: MeasuredBackbone, joints: Sequence[Joint]) -> int:
         place = _place_of_shape(curve.name, curve.shape, joints[0], is_near)
     else:
         place = int(np.argmin(distance))
+        if np.count_nonzero(distance == distance[place]) > 1:
+            names = " and ".join(str(n + 1) for n in np.flatnonzero(distance == distance[place]))
+            raise ValueError(
+                f"{curve.name}: modes {names} of the model may be at {frequency:.4g} Hz, between "
+                "open and sticking contact: tell its resonance, or its shape"
+            )
     if not is_near[place]:
         raise ValueError(
             f"{curve.name}: mode at {frequency:.4g} Hz is not in the model, whose {sought} "

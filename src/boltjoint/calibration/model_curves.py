@@ -138,15 +138,18 @@ class ModelCurves:
         scaled
             Parameters in their scales.
         amplitudes
-            As measured, of each curve; by default the measured ones, which responses have always.
+            As measured, of each curve; by default the measured ones. Those of responses mean
+            nothing: theirs are at frequencies.
         slopes
             Whether derivatives are computed; empty otherwise.
         """
         curves = []
         for n, curve in enumerate(self.measured):
-            levels = np.asarray(curve.amplitude if amplitudes is None else amplitudes[n])
+            is_backbone = isinstance(curve, MeasuredBackbone)
+            given = amplitudes[n] if is_backbone and amplitudes is not None else curve.amplitude
+            levels = np.asarray(given)
             factor, places = self._amplitude_scale(scaled, curve.name)
-            solve = self._backbone if isinstance(curve, MeasuredBackbone) else self._response
+            solve = self._backbone if is_backbone else self._response
             values, by_amplitude, by_parameter = solve(scaled, n, factor * levels, slopes)
             for place, by_scaled in places if slopes else ():
                 by_parameter[:, :, place] += by_amplitude * by_scaled

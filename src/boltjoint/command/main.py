@@ -194,9 +194,7 @@ def _run(options: argparse.Namespace) -> int:
     command = [sys.executable, "-m", "snakemake", "--snakefile", str(snakefile)]
     command += ["--workflow-profile", str(profile)]
     command += ["--directory", str(options.folder), "--cores", str(options.cores)]
-    command += options.further
-    if options.study is not None:
-        command += ["--config", f"study={options.study}"]
+    command += _with_study(options.further, options.study)
     running = subprocess.Popen(
         command,
         stderr=subprocess.PIPE,
@@ -211,6 +209,15 @@ def _run(options: argparse.Namespace) -> int:
         # Snakemake has got it too, and ends its jobs
         pass
     return running.wait()
+
+
+def _with_study(further: list[str], study: str | None) -> list[str]:
+    """Options of Snakemake with another study, beside other keys that they have."""
+    if study is None:
+        return further
+    place = further.index("--config") + 1 if "--config" in further else len(further)
+    flag = [] if "--config" in further else ["--config"]
+    return [*further[:place], *flag, f"study={study}", *further[place:]]
 
 
 def _fit(given: argparse.Namespace) -> int:

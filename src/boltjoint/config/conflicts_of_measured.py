@@ -1,4 +1,4 @@
-"""What does not go together in the measured backbones of a case, and what is fitted to them."""
+"""What does not go together in the measured curves of a case, and what is fitted to them."""
 
 import re
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ from boltjoint.config.numerical_options import Settings
 from boltjoint.config.sweep import LEVEL_KEYS
 from boltjoint.config.types import CONFIG_FILE, Problems
 from boltjoint.config.varied_case import refused, with_all_ratios, with_values
-from boltjoint.config.varied_keys import RATIOS, rescaled_keys
+from boltjoint.config.varied_keys import RATIOS, path_of, rescaled_keys, with_value_at
 from boltjoint.names import REFERENCE, Basis, JointName
 from boltjoint.regular_file import UnsuitableFile
 
@@ -86,6 +86,17 @@ def fits_preloads(measured: Measured) -> bool:
     """Whether preloads of bolts are fitted, or differ from one curve to another."""
     of_curves = [key for _, curve in measured.all_curves for key in curve.configuration or ()]
     return any(key.startswith(RATIOS) for key in (*measured.parameters, *of_curves))
+
+
+def range_of_ratios(case: Case) -> tuple[float, float]:
+    """Lowest and highest preload of a bolt over that of the case, fitted or of a configuration."""
+    measured, ends = measurement_of(case), list(case.preload_ratios or (1.0,))
+    for key, parameter in measured.parameters.items():
+        ends += [parameter.low, parameter.high] if key.startswith(RATIOS) else []
+    for _, curve in measured.all_curves:
+        of_curve = (curve.configuration or {}).items()
+        ends += [value for key, value in of_curve if key.startswith(RATIOS)]
+    return min(ends), max(ends)
 
 
 def _ratios(measured: Measured) -> list[str]:
@@ -189,39 +200,48 @@ def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems
         *ratios,
         *(key for key in with_regions if _is_of_region(key, measured.joint)),
     ]
-    content = with_all_ratios(calibrated_content(case), of_bolts, len(of_bolts))
+    if of_bolts and fits_preloads(measured) and not all(case.preload_ratios or (1.0,)):
+        yield ("joint",), "must not fit preloads of a case with a bolt that has none"
+        return
     for place, curve in measured.all_curves:
         for key, value in (curve.configuration or {}).items():
             at = (*place, "configuration", key)
             if key not in keys:
                 yield at, f"is no key that is fitted{choice(key, keys)}"
                 continue
-            for sentence in refused(with_values(content, {key: value}), Case):
-                yield at, sentence
+            yield from ((at, sentence) for sentence in _refused_value(case, assembly, key, value))
     for key, parameter in measured.parameters.items():
         if key in ratios or _is_of_region(key, measured.joint):
             if parameter.low <= 0:
                 yield ("parameters", key, "low"), "must be greater than 0: it is a ratio"
             continue
         if key not in keys:
+            is_divided = key.startswith(RATIOS) and measured.joint != REFERENCE[0]
             of_joint = f"; preloads of bolts ask for joint: {REFERENCE[0]}"
-            told = of_joint if key.startswith(RATIOS) and not of_bolts else choice(key, allowed)
+            told = of_joint if is_divided else choice(key, allowed)
             yield ("parameters", key), f"is no key that is fitted{told}"
             continue
-        if key in of_bolts and parameter.low <= 0:
-            yield ("parameters", key, "low"), "must be greater than 0: it is a ratio"
-            continue
-        if key == "preload_N" and assembly is not None and assembly.fixed_loads is not None:
-            fixed, loads = assembly.fixed_loads
-            yield (
-                ("parameters", key),
-                f"must not be fitted with {fixed} of {case.assembly}: {loads} do not grow with the "
-                "preload",
-            )
         for end in ("low", "high"):
-            value = getattr(parameter, end)
-            for sentence in refused(with_values(content, {key: value}), Case):
+            for sentence in _refused_value(case, assembly, key, getattr(parameter, end)):
                 yield ("parameters", key, end), f"reaches too far: {sentence}"
+
+
+def _refused_value(case: Case, assembly: Described | None, key: str, value: float) -> Iterator[str]:
+    """What is wrong with another value of a key, fitted or of a configuration."""
+    if key.startswith(RATIOS) and assembly is not None:
+        if value <= 0:
+            yield "must be greater than 0: it is a ratio"
+            return
+        own = {"preload_ratios": case.preload_ratios}
+        content = with_all_ratios(own, [key], assembly.bolt_count)
+        changed = with_value_at(content, path_of(key), value)["preload_ratios"]
+        yield from (sentence for _, sentence in assembly.conflicts_of_ratios(changed))
+        return
+    if key == "preload_N" and assembly is not None and assembly.fixed_loads is not None:
+        fixed, loads = assembly.fixed_loads
+        yield f"with {fixed} of {case.assembly} {loads} do not grow with the preload"
+        return
+    yield from refused(with_values(calibrated_content(case), {key: value}), Case)
 
 
 def _conflicts_of_sensors(case: Case, assembly: Described | None) -> Problems:

@@ -97,6 +97,8 @@ class MeasuredCurve(MeasuredTable):
             yield ("name",), "is missing: a curve without a resonance needs one"
         if self.resonance is not None and self.shape is not None:
             yield ("shape",), "must not stand beside resonance: one of them tells the mode"
+        if self.shape is not None and sum(value != 0 for value in self.shape.values()) < 2:
+            yield ("shape",), "must have two sensors that move"
 
 
 class MeasuredSteppedSine(MeasuredTable):
@@ -105,7 +107,8 @@ class MeasuredSteppedSine(MeasuredTable):
     Columns are ``frequency_Hz``, the amplitude, and ``force_N`` or, of supports that move,
     ``base_acceleration_m_per_s2``; ``phase_rad`` or ``phase_deg`` of the response from the
     excitation, if there is one. Level of excitation or of response may be constant, or neither. At
-    each frequency and amplitude excitations are compared.
+    each frequency and amplitude excitations are compared. Under an acceleration of the supports
+    the response is that relative to them, as everywhere here.
     """
 
     name: Name

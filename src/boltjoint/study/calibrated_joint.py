@@ -161,7 +161,7 @@ def bolts_of_case(
     files: Sequence[str],
     case: Mapping[str, Any],
     excited: tuple[Any, Sequence[Any]] | None,
-    measured: Measured,
+    ratios: tuple[float, float] | None,
 ) -> BoltPreloads | None:
     """The node-to-node joint of a case by the preload of each bolt over ``preload_N``.
 
@@ -173,40 +173,29 @@ def bolts_of_case(
         As of ``CalibratedJoint``.
     excited
         Excitation and sensors, as of ``structure.excitation.place_excitation``.
-    measured
-        With bounds of the preloads.
+    ratios
+        Lowest and highest preload of a bolt over that of the case, fitted or of a configuration.
 
     Returns
     -------
     BoltPreloads
         Around the preloads of the case; None without files.
     """
-    if not files or excited is None:
+    if not files or excited is None or ratios is None:
         return None
     own = Case.model_validate(case)
     structure = load_structure(files[0])
     assembly, modes = (dataset.load(file) for file in files[1:])
     placed = place_excitation(assembly, modes, *excited)
-    ratios = own.preload_ratios or (1.0,) * len(structure.bolts)
-    low, high = _range_of_ratios(measured, ratios)
+    low, high = ratios
     levels = sorted({low, high, *(level for level in LEVELS if low < level < high)})
 
     def connect(preload: xr.Dataset) -> Joint:
         return connect_pairs(placed, preload, **own.contact.options)
 
     preload = own.nominal_preload
-    return BoltPreloads(structure, preload, connect, own.structural_damping, levels, ratios)
-
-
-def _range_of_ratios(measured: Measured, ratios: Sequence[float]) -> tuple[float, float]:
-    """Lowest and highest preload of a bolt over that of the case that a fit may ask for."""
-    ends = list(ratios)
-    for key, parameter in measured.parameters.items():
-        ends += [parameter.low, parameter.high] if bolt_of(key) is not None else []
-    for _, curve in measured.all_curves:
-        of_curve = (curve.configuration or {}).items()
-        ends += [value for key, value in of_curve if bolt_of(key) is not None]
-    return min(ends), max(ends)
+    state = own.preload_ratios
+    return BoltPreloads(structure, preload, connect, own.structural_damping, levels, state)
 
 
 def measured_curves(

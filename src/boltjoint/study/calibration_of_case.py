@@ -79,7 +79,7 @@ def calibrate(
             **_of_curves(calibration, units),
             **of_points(backbones_of(curves), [values[n] for n in own]),
             **_on_grid(calibration),
-            **of_responses(calibration, units),
+            **of_responses(calibration, units, joint.excitation.unit),
             **_loosest(calibration),
             **draws,
             "cost": quantity("start", calibration.costs, "1", "half the sum of squares of a fit"),
@@ -108,6 +108,8 @@ def _fitted(
     others = [parameter for parameter in parameters if bolt_of(parameter.name) is None]
     if len(others) == len(parameters):
         return fit(model, curves, parameters, loss=loss, options=options)
+    begun_at = {p.name: p.start for p in parameters if p.start is not None}
+    model = model.at_state(model.state_with(begun_at))
     values: dict[str, float] = {}
     if others:
         values = fit(model, curves, others, loss=loss, options=options).best_values
@@ -352,7 +354,7 @@ def answer(calibration: xr.Dataset) -> str:
     if "loosest_probability" in calibration:
         probability = np.nan_to_num(calibration["loosest_probability"].to_numpy())
         name, share = parameters[np.argmax(probability)], number(100 * probability.max(), 3)
-        sentences.append(f"The lowest preload is {name} with a probability of {share} %.")
+        sentences.append(f"Of the fitted preloads {name} is the lowest, by {share} % probability.")
     if not refusals:
         sentences.append("Nothing in the residuals speaks against the model.")
     return " ".join(sentences)

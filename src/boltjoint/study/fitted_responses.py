@@ -17,15 +17,17 @@ Array = NDArray[np.float64]
 _COMPARED = ("excitation", "phase")
 
 
-def of_responses(calibration: Calibration, units: Sequence[str]) -> dict[str, xr.Variable]:
+def of_responses(
+    calibration: Calibration, units: Sequence[str], level: str
+) -> dict[str, xr.Variable]:
     """Names, points and errors of measured responses; nothing without any.
 
     Parameters
     ----------
     calibration
         A fit.
-    units
-        Of the amplitudes of all its curves.
+    units, level
+        Of the amplitudes of all its curves, and of the excitation.
 
     Returns
     -------
@@ -63,8 +65,6 @@ def of_responses(calibration: Calibration, units: Sequence[str]) -> dict[str, xr
             "of so few changes of sign",
         ),
     }
-    joint, _ = calibration.compared.model(calibration.compared.space.values(calibration.scaled))
-    level = joint.excitation.unit
     return {
         **{
             name: xr.Variable("response", np.array(words, dtype=object))

@@ -2,6 +2,7 @@
 
 from boltjoint.calibration.bolt_preloads import LEVELS
 from boltjoint.calibration.fit_preloads import REPETITIONS
+from boltjoint.config.conflicts_of_measured import fits_preloads
 from boltjoint.config.measured import Measured
 
 #: of a measured point in each evaluation of a fit, and for each element, vector and parameter [s];
@@ -29,7 +30,8 @@ def time_of_calibration(measured: Measured, effort: float, fitted: int, predicte
     # derivatives by each parameter take two residuals
     of_point = _PER_POINT + _PER_DERIVATIVE * effort * (1 + count)
     # the profile of each parameter, and draws that need no derivatives
-    evaluations = _EVALUATIONS * measured.starts + _OF_PROFILE * count + _DRAWN / (1 + count)
+    fits = measured.starts * (1 + (1 + REPETITIONS) * fits_preloads(measured))
+    evaluations = _EVALUATIONS * fits + _OF_PROFILE * count + _DRAWN / (1 + count)
     of_predicted = (_PER_POINT + _PER_DERIVATIVE * effort) * _PREDICTED
     return of_point * evaluations * fitted + of_predicted * predicted
 

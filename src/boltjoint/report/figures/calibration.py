@@ -17,6 +17,8 @@ _ROWS = (
     ("frequency", "frequency_deviation", "natural frequency (Hz)", 1.0),
     ("damping_ratio", "damping_deviation", "damping ratio (%)", 100.0),
 )
+#: points as measured
+_MEASURED: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3}
 _WORDS = {"modal": "modal amplitude"}
 
 
@@ -89,48 +91,62 @@ def plot_fitted_responses(calibration: xr.Dataset) -> Figure:
     calibration
         ``calibration.nc`` with responses.
     """
-    phase = calibration["response_phase"].to_numpy()
-    rows = 2 if np.isnan(phase).all() else 3
-    figure = Figure(figsize=(8, 2.2 + 1.6 * rows), layout="constrained")
-    panels = figure.subplots(rows, sharex=True, height_ratios=(3, *(rows - 2) * [2], 1))
-    curve, residual = panels[0], panels[-1]
-    frequency, amplitude, excitation, model, deviation = (
-        calibration[name].to_numpy()
+    kinds = [
+        (str(quantity), str(unit))
+        for quantity, unit in zip(
+            calibration["response_amplitude_quantity"].to_numpy(),
+            calibration["response_amplitude_unit"].to_numpy(),
+            strict=True,
+        )
+    ]
+    columns = list(dict.fromkeys(kinds))
+    has_phase = bool(calibration["response_phase"].notnull().any())
+    ratios = [3, 2, 1] if has_phase else [3, 1]
+    figure = Figure(figsize=(8, 2.2 + 1.6 * len(ratios)), layout="constrained")
+    panels = figure.subplots(
+        len(ratios), len(columns), sharex="col", squeeze=False, height_ratios=ratios
+    )
+    level = calibration["response_excitation"].attrs["units"]
+    for place, kind in enumerate(kinds):
+        _plot_response(calibration, place, panels[:, columns.index(kind)])
+    for column, (quantity, unit) in zip(panels.T, columns, strict=True):
+        curve, *_, residual = column
+        curve.plot([], [], color="0.45", alpha=0.5, label="measured", **_MEASURED)
+        curve.set_ylabel(f"{quantity} per excitation\n({unit or 'unit not told'}/{level})")
+        curve.set_yscale("log")
+        curve.legend(loc="best")
+        if has_phase:
+            column[1].set_ylabel("phase (°)")
+        residual.axhline(0.0, color="0.6", linewidth=0.8)
+        residual.axhspan(-_REACH, _REACH, color="0.93", zorder=0)
+        residual.set_ylabel("residual")
+        residual.set_xlabel("frequency (Hz)")
+        for axes in column:
+            axes.grid(True)
+    return figure
+
+
+def _plot_response(calibration: xr.Dataset, place: int, column: NDArray[np.object_]) -> None:
+    """A response as measured and of the fitted joint, its phase if it is compared, residuals."""
+    points = calibration["response_of_point"].to_numpy() == place
+    at, amplitude, excitation, model, deviation, phase, of_model = (
+        calibration[name].to_numpy()[points]
         for name in (
             *("response_frequency", "response_amplitude", "response_excitation"),
             *("model_excitation", "response_excitation_deviation"),
+            *("response_phase", "model_phase"),
         )
     )
-    of_point = calibration["response_of_point"].to_numpy()
-    for place, name in enumerate(map(str, calibration["response"].to_numpy())):
-        points = of_point == place
-        colour = REGION_COLOURS[place % len(REGION_COLOURS)]
-        at, levels = frequency[points], amplitude[points]
-        measured: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 3}
-        curve.plot(at, levels / excitation[points], color=colour, alpha=0.5, **measured)
-        curve.plot(at, levels / model[points], color=colour, linewidth=1.3, label=name)
-        if rows == 3:
-            of_model = calibration["model_phase"].to_numpy()[points]
-            panels[1].plot(at, np.rad2deg(phase[points]), color=colour, alpha=0.5, **measured)
-            panels[1].plot(at, np.rad2deg(of_model), color=colour, linewidth=1.3)
-        off = np.log(model[points] / excitation[points]) * excitation[points] / deviation[points]
-        residual.plot(at, off, color=colour, **measured)
-    curve.plot([], [], color="0.45", alpha=0.5, label="measured", **measured)
-    unit = str(calibration["response_amplitude_unit"].to_numpy()[0])
-    level = calibration["response_excitation"].attrs["units"]
-    quantity = str(calibration["response_amplitude_quantity"].to_numpy()[0])
-    curve.set_ylabel(f"{quantity} per excitation\n({unit or 'unit not told'}/{level})")
-    curve.set_yscale("log")
-    curve.legend(loc="best")
-    if rows == 3:
-        panels[1].set_ylabel("phase (°)")
-    residual.axhline(0.0, color="0.6", linewidth=0.8)
-    residual.axhspan(-_REACH, _REACH, color="0.93", zorder=0)
-    residual.set_ylabel("residual")
-    residual.set_xlabel("frequency (Hz)")
-    for axes in panels:
-        axes.grid(True)
-    return figure
+    name = str(calibration["response"].to_numpy()[place])
+    colour = REGION_COLOURS[place % len(REGION_COLOURS)]
+    curve, *further, residual = column
+    curve.plot(at, amplitude / excitation, color=colour, alpha=0.5, **_MEASURED)
+    curve.plot(at, amplitude / model, color=colour, linewidth=1.3, label=name)
+    for axes in further:
+        axes.plot(at, np.rad2deg(phase), color=colour, alpha=0.5, **_MEASURED)
+        axes.plot(at, np.rad2deg(of_model), color=colour, linewidth=1.3)
+    off = np.log(model / excitation) * excitation / deviation
+    residual.plot(at, off, color=colour, **_MEASURED)
 
 
 def _label_amplitude(axes: Axes, dataset: xr.Dataset, place: int) -> None:
