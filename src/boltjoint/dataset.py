@@ -35,7 +35,7 @@ TITLES = {
     "joint": "joint: modes at its contact points, and its friction elements",
     "response": "frequency response of a joint by force levels",
     "backbone": "backbone of a joint: frequency and damping of a mode over its amplitude",
-    "calibration": "joint fitted to measured backbones",
+    "calibration": "joint fitted to its measurement",
     "prediction": "measured backbones predicted by a joint that was fitted to others",
     "designs": "designs of a sweep",
     "checked": "designs of a sweep in a larger model",

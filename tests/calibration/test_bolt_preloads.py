@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,12 +17,17 @@ from boltjoint import (
     find_modes,
     fit,
 )
+from boltjoint.calibration import fit_preloads as fit_preloads_module
 from boltjoint.calibration.bolt_preloads import BoltPreloads
 from boltjoint.calibration.fit import CalibrationOptions
 from boltjoint.calibration.fit_preloads import fit_preloads, loosest_bolt
+from boltjoint.calibration.level_path import NotReached
+from boltjoint.calibration.parameters import Prior
 from boltjoint.damping import as_damping
 from boltjoint.structure.makers.registry import structure_of
 
+#: a model around a loose bolt
+LOOSE = SimpleNamespace(state=np.array([0.1, 1.0]))
 PRELOAD, DAMPING, LEVELS = 10e3, as_damping(0.002), (0.1, 0.25, 0.5, 1.0, 1.25)
 #: microslip to macroslip of two modes at the output point [m]
 AMPLITUDES = {1: np.geomspace(1e-6, 1e-4, 8), 2: np.geomspace(2e-7, 2e-5, 8)}
@@ -97,6 +103,40 @@ def test_what_does_not_tell_two_bolts_apart_gives_both_the_same_probability():
     root = np.diag([1e3, 1e3])
     found.__dict__["covariance_root"] = root
     assert list(loosest_bolt(found).values()) == pytest.approx([0.5, 0.5], abs=0.03)
+
+
+def test_scales_do_not_matter_and_priors_are_no_measurement():
+    linear = fit_preloads(model(), backbones((1.0, 0.9), noise=0.01), repetitions=0)
+    first, second = model().parameters()
+    mixed = [first, replace(second, logarithmic=True)]
+    logarithmic = fit_preloads(model(), backbones((1.0, 0.9), noise=0.01), mixed, repetitions=0)
+    assert logarithmic.best_values == pytest.approx(linear.best_values, rel=1e-4)
+    told = loosest_bolt(logarithmic)
+    assert told == pytest.approx(loosest_bolt(linear), abs=0.03)
+    # nothing slips, so that only priors know of preloads
+    known = [replace(p, prior=Prior(1.0, 0.2)) for p in (first, second)]
+    tiny = {number: 1e-4 * levels for number, levels in AMPLITUDES.items()}
+    joint = connect(apply_preload(structure(), PRELOAD))
+    stuck = backbones_of(joint, DAMPING, tiny)
+    found = fit(model(), stuck, known, options=CalibrationOptions(starts=1))
+    with pytest.raises(ValueError, match="does not depend on any preload"):
+        loosest_bolt(found)
+
+
+def test_a_state_that_cannot_be_solved_leaves_the_others(monkeypatch):
+    settled = fit_preloads_module._settled
+
+    def refuses_loose_states(begun, *others):
+        if begun.state.min() < 0.9:
+            raise NotReached("no motion was found")
+        return settled(begun, *others)
+
+    monkeypatch.setattr(fit_preloads_module, "_settled", refuses_loose_states)
+    found = fit_preloads(model(), backbones((0.97, 0.95)), repetitions=0)
+    assert found.best_values["preload_ratios[0]"] == pytest.approx(0.97, abs=0.05)
+    monkeypatch.setattr(fit_preloads_module, "_settled", lambda *_: refuses_loose_states(LOOSE))
+    with pytest.raises(NotReached):
+        fit_preloads(model(), backbones((0.97, 0.95)), repetitions=0)
 
 
 def test_a_bolt_that_is_held_stays_where_the_model_has_it():

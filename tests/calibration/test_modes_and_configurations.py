@@ -9,7 +9,7 @@ from calibrated_joint import AMPLITUDES, FAST, MODEL, PARAMETERS, TRUTH, curve_o
 from boltjoint import MeasuredBackbone, fit
 from boltjoint.calibration.mode_pairing import modal_assurance
 from boltjoint.calibration.model_curves import ModelCurves
-from boltjoint.calibration.parameters import ParameterSpace
+from boltjoint.calibration.parameters import Parameter, ParameterSpace
 from boltjoint.dynamics.backbone.backbone_at import backbone_at
 
 SPACE = ParameterSpace(PARAMETERS)
@@ -59,6 +59,16 @@ def test_shapes_that_tell_no_mode_are_refused(shape, said):
     curve = MeasuredBackbone([1e-6], [600.0], 0.1, [0.01], 0.001, shape=shape)
     with pytest.raises(ValueError, match=said):
         ModelCurves(sensed, (curve,), SPACE)
+
+
+def test_modes_that_may_all_be_at_a_frequency_are_not_guessed():
+    """With bounds of decades the ranges of two modes overlap."""
+    wide = (Parameter("tangential_stiffness", 1e3, 1e12), *PARAMETERS[1:])
+    curve = MeasuredBackbone([1e-6], [500.0], 0.1, [0.01], 0.001)
+    with pytest.raises(ValueError, match="modes 1 and 2 of the model may be at 500 Hz"):
+        ModelCurves(MODEL, (curve,), ParameterSpace(wide))
+    told = replace(curve, resonance=2)
+    assert ModelCurves(MODEL, (told,), ParameterSpace(wide)).resonances == (2,)
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,22 @@
 
 import copy
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from small_study import ASSEMBLY, CASE, SETTINGS, write
 
-from boltjoint.config.conflicts_of_measured import calibrated_content
+from boltjoint.config.case import Case
+from boltjoint.config.conflicts_of_measured import (
+    _refused_value,
+    calibrated_content,
+    fits_preloads,
+    range_of_ratios,
+)
 from boltjoint.config.csv_table import TableError
+from boltjoint.config.makers import description_of
 from boltjoint.config.measured_tables import MOST_POINTS, read_backbone_table
 from boltjoint.config.study import load_study
 from boltjoint.config.types import ConfigError
@@ -157,7 +166,7 @@ CURVE = ("curves", 0)
         (
             ("parameters", "preload_ratios[0]"),
             {"low": -0.1, "high": 1.2, "log": False},
-            "preload_ratios[0].low: -0.1 must be greater than 0: it is a ratio",
+            "preload_ratios[0].low: -0.1 reaches too far: must be greater than 0",
         ),
         ((*CURVE, "rows"), {"frequency_Hz": []}, "frequency_Hz: [] must be a number or a word"),
         (("predicted",), [MEASURED["curves"][0]], "predicted[0].name: must not be mode-1, as of a"),
@@ -267,6 +276,43 @@ def test_the_preload_of_a_joint_with_a_gap_is_not_fitted(study):
     assert len(lines) == 1
     assert "measured.parameters.preload_N: " in lines[0]
     assert "loads of a joint with an initial gap do not grow with the preload" in lines[0]
+    curve = MEASURED["curves"][0] | {"configuration": {"preload_N": 5000}}
+    write_files(study, measured=MEASURED | {"curves": [curve]})
+    (line,) = (line for line in problems_of(study) if "measured" in line)
+    assert "configuration.preload_N: 5000 must not differ with " in line
+    assert "loads of a joint with an initial gap do not grow with the preload" in line
+
+
+def test_a_bolt_without_preload_is_not_fitted(study):
+    bolts = {"preload_ratios[0]": {"low": 0.1, "high": 1.2}}
+    write_files(study, measured=MEASURED | {"parameters": bolts}, preload_ratios=[1, 0])
+    (line,) = (line for line in problems_of(study) if "measured" in line)
+    assert "must not fit preloads of a case with a bolt that has none" in line
+    curve = MEASURED["curves"][0] | {"configuration": {"preload_ratios[0]": 0}}
+    write_files(study, measured=MEASURED | {"curves": [curve]})
+    (line,) = (line for line in problems_of(study) if "measured" in line)
+    assert "configuration.preload_ratios[0]: 0 must be greater than 0" in line
+
+
+def test_the_range_of_preloads_is_that_of_all_curves(study):
+    bolts = MEASURED["parameters"] | {"preload_ratios[0]": {"low": 0.3, "high": 1.2}}
+    held = OTHER | {"configuration": {"preload_ratios[1]": 0.2}}
+    write_files(study, measured=MEASURED | {"parameters": bolts, "predicted": [held]})
+    case = load_study(study).case("small")
+    assert fits_preloads(case.measured)
+    assert range_of_ratios(case) == (0.2, 1.2)
+
+
+def test_half_of_a_symmetric_joint_has_no_bolt_of_its_own(tmp_path):
+    """Plates of which one half is solved: a bolt off the plane has a mirror image."""
+    assembly = Path(__file__).parents[2] / "config/assemblies/five_bolt_plates.yaml"
+    described = description_of(yaml.safe_load(assembly.read_text()))
+    places = described.bolt_positions_mm
+    beside = next(n for n, (_, y) in enumerate(places) if y != 0)
+    case = Case.model_validate(CASE | {"assembly": "five_bolt_plates"})
+    key = f"preload_ratios[{beside}]"
+    said = list(_refused_value(case, described, key, 0.5))
+    assert said == ["must be that of the bolt beyond the plane, with symmetry: xz"]
 
 
 @pytest.mark.parametrize(

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from figure_parts import legend_texts
 from measured_bar import AMPLITUDES, FRICTION, TRUTH, calibration_of_truth
 from small_study import CASE, write_config
 
 from boltjoint.config.study import load_study
 from boltjoint.report.displays import DISPLAYS
-from boltjoint.report.figures.backbones import plot_calibration
+from boltjoint.report.figures.calibration import plot_calibration, plot_fitted_responses
 from boltjoint.study.artefact_list import Contents
 from boltjoint.study.tables.calibration import (
     tabulate_correlation,
@@ -75,3 +76,43 @@ def test_cases_with_a_measurement_have_figure_and_tables(tmp_path):
     assert {artefact.case for artefact in found} == {"small"}
     assert {artefact.joint for artefact in found} == {"regions=2"}
     assert {artefact.form for artefact in found} == {"data", "figure", "table"}
+
+
+def test_responses_of_two_quantities_have_axes_of_their_own():
+    """Each in its unit, over one frequency, with the phases of those that have them."""
+    points = np.arange(4)
+    of_point = np.repeat([0, 1], 4)
+    frequency = np.tile([100.0, 101.0, 102.0, 103.0], 2)
+    phase = np.where(of_point == 0, -1.0, np.nan)
+    columns = {
+        "response_of_point": of_point,
+        "response_frequency": frequency,
+        "response_amplitude": np.repeat([2.0, 3e-6], 4),
+        "response_excitation": np.repeat([1.0, 1.5], 4),
+        "response_excitation_deviation": np.full(8, 0.1),
+        "model_excitation": np.repeat([1.1, 1.5], 4),
+        "response_phase": phase,
+        "model_phase": phase,
+    }
+    calibration = xr.Dataset(
+        {
+            **{name: ("response_point", values) for name, values in columns.items()},
+            "response": ("response", ["shaker", "laser"]),
+            "response_amplitude_quantity": ("response", ["acceleration", "displacement"]),
+            "response_amplitude_unit": ("response", ["m/s2", "m"]),
+        }
+    )
+    calibration["response_excitation"].attrs["units"] = "N"
+    axes = plot_fitted_responses(calibration).axes
+    assert len(axes) == 6
+    assert [each.get_ylabel() for each in axes[:2]] == [
+        "acceleration per excitation\n(m/s2/N)",
+        "displacement per excitation\n(m/N)",
+    ]
+    measured, fitted, *_ = axes[0].lines
+    np.testing.assert_allclose(measured.get_ydata(), 2.0)
+    np.testing.assert_allclose(fitted.get_ydata(), 2.0 / 1.1)
+    residual = axes[4].lines[0]
+    np.testing.assert_allclose(residual.get_ydata(), np.log(1.1) / 0.1)
+    assert residual.get_xdata()[points].tolist() == [100.0, 101.0, 102.0, 103.0]
+    np.testing.assert_allclose(axes[2].lines[0].get_ydata(), np.rad2deg(-1.0))

@@ -173,7 +173,7 @@ def test_the_fitted_case_is_a_case_with_fitted_values(calibration):
     )
     rest = {key: content[key] for key in ("assembly", "preload_N", "forces_N", "modes", "solve")}
     assert rest == {key: CASE[key] for key in rest}
-    assert text.startswith("# bar, fitted to its measured backbones.\n# ")
+    assert text.startswith("# bar, fitted to its measurement.\n# ")
 
 
 def test_ratios_stand_in_the_comments_of_the_fitted_case(calibration):
@@ -252,6 +252,16 @@ def test_stepped_sines_alone_give_back_the_parameters():
     assert residuals["resonance"].isna().all()
     assert residuals["points"].sum() == points
     assert (residuals["rms_error_percent"] < 1e-3).all()
+
+
+def test_a_scale_of_amplitudes_goes_with_responses():
+    parameters = MEASURED["parameters"] | {"amplitude_scale[high]": {"low": 0.5, "high": 2}}
+    measured = {"responses": RESPONSES, "parameters": parameters, "starts": 3}
+    texts = {f"config/{name}.csv": stepped_sine(TRUTH, force) for name, force in SINES.items()}
+    content = content_of(CASE | {"measured": measured})
+    found = calibrate(make_joint(), content, Measured.model_validate(measured), texts)
+    assert found["value"].sel(parameter="amplitude_scale[high]") == pytest.approx(1.0, rel=1e-4)
+    assert found["response_excitation"].attrs["units"] == "N"
 
 
 def test_a_configuration_of_its_own_is_that_of_a_curve():

@@ -17,7 +17,7 @@ from measured_bar import (
 
 from boltjoint.calibration import model_curves
 from boltjoint.calibration.level_path import NotReached
-from boltjoint.report.figures.backbones import plot_prediction
+from boltjoint.report.figures.calibration import plot_prediction
 from boltjoint.study.tables.calibration import tabulate_prediction
 
 

@@ -1,4 +1,4 @@
-"""Fit the joint of a case to measured backbones."""
+"""Fit the joint of a case to its measurement."""
 
 from boltjoint import dataset
 from boltjoint.config.csv_table import read_file

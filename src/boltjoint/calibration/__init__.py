@@ -1,1 +1,1 @@
-"""Calibration of joints by measured backbones: parameters, their uncertainty, and residuals."""
+"""Calibration of joints by measured backbones and responses: parameters and their uncertainty."""

@@ -111,7 +111,7 @@ def _parser() -> argparse.ArgumentParser:
     check = add("check", _check, "read the configuration of a study and say what a run would need")
     run = add("run", _run, "compute what is not up to date; further options are Snakemake's")
     run.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
-    fit = add("fit", _fit, "fit the joint of a case to its measured backbones")
+    fit = add("fit", _fit, "fit the joint of a case to its measurement")
     fit.add_argument("case", help="name of a case with a key measured")
     fit.add_argument("-j", "--cores", type=int, default=os.cpu_count() or 1)
     words = "a file of the folder whose keys replace those of config/config.yaml"

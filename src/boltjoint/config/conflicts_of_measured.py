@@ -221,9 +221,20 @@ def _conflicts_of_parameters(case: Case, assembly: Described | None) -> Problems
             told = of_joint if is_divided else choice(key, allowed)
             yield ("parameters", key), f"is no key that is fitted{told}"
             continue
+        if key == "preload_N" and (fixed := _fixed_loads(case, assembly)):
+            yield ("parameters", key), f"must not be fitted {fixed}"
+            continue
         for end in ("low", "high"):
             for sentence in _refused_value(case, assembly, key, getattr(parameter, end)):
                 yield ("parameters", key, end), f"reaches too far: {sentence}"
+
+
+def _fixed_loads(case: Case, assembly: Described | None) -> str:
+    """What does not grow with the preload, in words; empty where all loads do."""
+    if assembly is None or assembly.fixed_loads is None:
+        return ""
+    fixed, loads = assembly.fixed_loads
+    return f"with {fixed} of {case.assembly}: {loads} do not grow with the preload"
 
 
 def _refused_value(case: Case, assembly: Described | None, key: str, value: float) -> Iterator[str]:
@@ -237,9 +248,8 @@ def _refused_value(case: Case, assembly: Described | None, key: str, value: floa
         changed = with_value_at(content, path_of(key), value)["preload_ratios"]
         yield from (sentence for _, sentence in assembly.conflicts_of_ratios(changed))
         return
-    if key == "preload_N" and assembly is not None and assembly.fixed_loads is not None:
-        fixed, loads = assembly.fixed_loads
-        yield f"with {fixed} of {case.assembly} {loads} do not grow with the preload"
+    if key == "preload_N" and (fixed := _fixed_loads(case, assembly)):
+        yield f"must not differ {fixed}"
         return
     yield from refused(with_values(calibrated_content(case), {key: value}), Case)
 

@@ -1,4 +1,4 @@
-"""Calibration of a case: its joint fitted to measured backbones, as a dataset with the answer."""
+"""Calibration of a case: its joint fitted to its measurement, as a dataset with the answer."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -47,7 +47,7 @@ def fitted_case(name: str, content: Mapping[str, Any], calibration: xr.Dataset) 
         else:
             note = f"{key} = {value:.6g} is no key of a case: it is not in this file."
         further += [note] if note else []
-    texts = [f"{name}, fitted to its measured backbones.", calibration.attrs["answer"], *further]
+    texts = [f"{name}, fitted to its measurement.", calibration.attrs["answer"], *further]
     head = "".join(f"# {line}\n" for text in texts for line in wrap(text, _WIDTH))
     return f"{head}\n{yaml.safe_dump(_plain(changed), sort_keys=False, allow_unicode=True)}"
 
