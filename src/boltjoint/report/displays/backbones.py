@@ -260,7 +260,8 @@ def correlation(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     order=4,
     title="residuals of the fit",
     caption="Over the stated scatter a right model has some 1. Small probabilities of residuals so "
-    "large, or of so few changes of their sign over the amplitude, speak against the model.",
+    "large, or of so few changes of their sign along the curve, speak against the model. Errors of "
+    "phases are in hundredths of a radian.",
 )
 def residuals(artefact: Artefact, results: "Results") -> "pd.DataFrame":
     """Size and order of the residuals of each curve."""
