@@ -11,7 +11,7 @@ from measured_bar import calibration_of_truth, prediction_of_truth
 from small_study import CASE, write_config
 
 from boltjoint import checksums, csv_files, regular_file
-from boltjoint.config import csv_table, gap_map, measured, strict_yaml
+from boltjoint.config import csv_table, gap_map, measured_tables, strict_yaml
 from boltjoint.config.distributions import Linear
 from boltjoint.config.sampling import Saltelli
 from boltjoint.config.study import load_study
@@ -21,7 +21,7 @@ from boltjoint.structure import elasticity
 from boltjoint.study.designs import list_designs, values_of
 from boltjoint.study.tables import (
     accuracy,
-    backbones,
+    calibration,
     harmonic_peaks,
     html,
     meshes,
@@ -33,6 +33,7 @@ TEXTS = {
     "table.csv": "a,b\n1,2\n",
     "gap.csv": "x_mm,y_mm,gap_um\n0,0,1\n1,0,1\n0,1,2\n",
     "backbone.csv": "mode,displacement_mm,frequency_Hz,damping_ratio\n1,0.1,100,0.01\n",
+    "sine.csv": "level,displacement_mm,frequency_Hz,force_N\n1,0.1,100,2\n",
     "keys.yaml": "a: 1\nb: [1, {c: 2}]\n",
     "case_studies.csv": "case,assembly,contact_law,contact_nodes\nmine,one,constant,3\n",
     "tables.csv": "table,case,kind,joint,file\n3.1,mine,times,node-to-node,times\n",
@@ -146,13 +147,17 @@ CALLS = {
         {"sweep": SWEEP, "size": np.linspace(1, 2, DESIGNS.sizes["design"]), "amplitudes": 2},
     ),
     "tabulate_harmonic_peaks": (harmonic_peaks.tabulate_harmonic_peaks, {"response": RESPONSE}),
-    "tabulate_parameters": (backbones.tabulate_parameters, {"calibration": CALIBRATION}),
-    "tabulate_correlation": (backbones.tabulate_correlation, {"calibration": CALIBRATION}),
-    "tabulate_residuals": (backbones.tabulate_residuals, {"calibration": CALIBRATION}),
-    "tabulate_prediction": (backbones.tabulate_prediction, {"prediction": PREDICTION}),
+    "tabulate_parameters": (calibration.tabulate_parameters, {"calibration": CALIBRATION}),
+    "tabulate_correlation": (calibration.tabulate_correlation, {"calibration": CALIBRATION}),
+    "tabulate_residuals": (calibration.tabulate_residuals, {"calibration": CALIBRATION}),
+    "tabulate_prediction": (calibration.tabulate_prediction, {"prediction": PREDICTION}),
     "read_backbone_table": (
-        measured.read_backbone_table,
+        measured_tables.read_backbone_table,
         {"text": TEXTS["backbone.csv"], "file": "backbone.csv", "rows": {"mode": 1}},
+    ),
+    "read_response_table": (
+        measured_tables.read_response_table,
+        {"text": TEXTS["sine.csv"], "file": "sine.csv", "rows": {"level": 1}},
     ),
     "tabulate_sensors": (accuracy.tabulate_sensors, {"response": RESPONSE}),
     "peak_of_level": (accuracy.peak_of_level, {"response": RESPONSE, "level": 0}),

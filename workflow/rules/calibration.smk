@@ -15,7 +15,7 @@ rule calibrate_joint:
         mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
         runtime=lambda w: resources_of("calibration", w.case)["runtime"],
     params:
-        library=lambda w: library_of_fit("calibrate_joint.py", w.case),
+        library=lambda w: library("calibrate_joint.py", maker_of_fit(w.case)),
         case=lambda w: calibrated_content(study.case(w.case)),
         bolts=lambda w: bolts_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(exclude={"predicted"}),
@@ -42,7 +42,7 @@ rule predict_measured:
         mem_mb=lambda w: resources_of("calibration", w.case)["mem_mb"],
         runtime=lambda w: resources_of("calibration", w.case)["runtime"],
     params:
-        library=lambda w: library_of_fit("predict_measured.py", w.case),
+        library=lambda w: library("predict_measured.py", maker_of_fit(w.case)),
         case=lambda w: calibrated_content(study.case(w.case)),
         bolts=lambda w: bolts_of(w.case),
         measured=lambda w: study.case(w.case).measured.model_dump(),

@@ -232,11 +232,10 @@ def bolts_of(case):
     return excited, range_of_ratios(found)
 
 
-def library_of_fit(script, case):
-    """Library of a fit; of preloads of bolts, with the maker of their assembly."""
+def maker_of_fit(case):
+    """The maker of the assembly of such a case; none of others."""
     found = study.case(case)
-    makers_asked = [maker_of(found.assembly)] if fits_preloads(found.measured) else []
-    return library(script, makers_asked)
+    return [maker_of(found.assembly)] if fits_preloads(found.measured) else []
 
 
 def hash_of_table(file):

@@ -28,6 +28,10 @@ _COLUMNS = {
     "bound_high": "bound_to",
     "reason": "not_determined",
 }
+_COLUMNS_OF_RESIDUALS = [
+    *("curve", "resonance", "points", "quantity", "rms_error_percent", "over_stated_scatter"),
+    *("probability_of_size", "probability_of_runs"),
+]
 _RESIDUALS = ("rms_error", "reduced_chi2", "size_probability", "runs_probability")
 
 
@@ -148,11 +152,12 @@ def tabulate_residuals(calibration: xr.Dataset) -> pd.DataFrame:
     ValueError
         If a variable is missing or of another kind.
     """
+    checks.instance("calibration", calibration, xr.Dataset)
     parts = [_residuals(calibration, "curve", "point", "")]
     if "response" in calibration:
         parts.append(_residuals(calibration, "response", "response_point", "response_"))
     rows = [row for part in parts for row in part]
-    return pd.DataFrame(rows).astype({"resonance": "Int64"})
+    return pd.DataFrame(rows, columns=_COLUMNS_OF_RESIDUALS).astype({"resonance": "Int64"})
 
 
 def _residuals(
