@@ -89,8 +89,7 @@ class MeasuredResponse:
     @property
     def sensors(self) -> tuple[str, ...]:
         """Names of outputs that the model must have."""
-        own = () if self.sensor is None else (self.sensor,)
-        return own
+        return () if self.sensor is None else (self.sensor,)
 
     @property
     def quantities(self) -> tuple[str, ...]:

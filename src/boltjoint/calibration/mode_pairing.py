@@ -108,9 +108,8 @@ def modal_assurance(shape: Mapping[str, float], joint: Joint) -> Array:
     Vibration 37 (2003) 14-21.
     """
     rows = np.array([joint.sensors.by_name[sensor] for sensor in shape])
-    stuck = np.diag((2 * np.pi * joint.natural_frequency) ** 2) + joint.stuck_stiffness()
     rigid = joint.natural_frequency.size - joint.elastic_modes
-    modes = rows @ np.linalg.eigh(stuck)[1][:, rigid:]
+    modes = rows @ np.linalg.eigh(joint.stiffness_while_stuck())[1][:, rigid:]
     measured = np.array(list(shape.values()))
     square = np.sum(modes**2, axis=0) * (measured @ measured)
     return np.divide((measured @ modes) ** 2, square, out=np.zeros_like(square), where=square > 0)

@@ -162,8 +162,7 @@ def solve_motions(
     values, slopes, before = [], [], None
     for w, a in zip(2 * np.pi * frequency, amplitude, strict=True):
         motion = SensedMotion(balance, row, quantity, w)
-        y, factors = _solved(motion, motion.level(a), before)
-        before = y
+        y = before = _solved(motion, motion.level(a), before)
         value, by_unknown = motion.excitation(y)
         values.append(value)
         if neighbours:
@@ -174,22 +173,22 @@ def solve_motions(
                     *(SensedMotion(b, row, quantity, w).residual(y, y[-1]) for b in (high, low))
                 )
                 right[:-1, n] = -change[:-1] / difference
-            slopes.append(by_unknown @ factors.solve(right)[-3:])
+            slopes.append(by_unknown @ _factors_at(motion, y).solve(right)[-3:])
     return LevelCurve.of(values, slopes)
 
 
-def _solved(motion: SensedMotion, level: float, near: Array | None) -> tuple[Array, LUFactors]:
-    """The motion at a level, from one nearby or that without slip, and factors of its matrix."""
+def _solved(motion: SensedMotion, level: float, near: Array | None) -> Array:
+    """The motion at a level, from one nearby or that without slip."""
     if near is not None and (found := corrected(motion, near, level)) is not None:
-        return found[0], _factors_at(motion, found[0], level)
+        return found[0]
     first = level + np.log(_FIRST)
     path = LevelPath(motion, motion.stuck(first), first)
     path.advance(level)
-    return path.y, _factors_at(motion, path.y, level)
+    return path.y
 
 
-def _factors_at(motion: SensedMotion, y: Array, level: float) -> LUFactors:
-    motion.residual(y, level)
+def _factors_at(motion: SensedMotion, y: Array) -> LUFactors:
+    motion.residual(y, y[-1])
     factors = motion.factors(y)
     if factors is None:
         raise NotReached(f"the matrix of a motion at {motion.w / (2 * np.pi):.4g} Hz is singular")

@@ -215,6 +215,10 @@ class Joint:
         """Modal stiffness the contact adds while nothing slips [s^-2], shape (modes, modes)."""
         return self.contact.stuck_stiffness()
 
+    def stiffness_while_stuck(self) -> Array:
+        """Modal stiffness of structure and contact while nothing slips [s^-2], (modes, modes)."""
+        return np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
+
     @cached_property
     def is_rigid(self) -> NDArray[np.bool_]:
         """Modes of the rigid body, shape (modes,): at 0 Hz, and no contact point moves in them."""
@@ -228,7 +232,7 @@ class Joint:
 
     def resonance_range(self) -> Array:
         """Each resonance without contact and while nothing slips [Hz], shape (elastic modes, 2)."""
-        stuck = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
+        stuck = self.stiffness_while_stuck()
         rigid = self.natural_frequency.size - self.elastic_modes
         frequency = np.sqrt(np.linalg.eigvalsh(stuck)[rigid:]) / (2 * np.pi)
         return np.column_stack([np.sort(self.natural_frequency)[rigid:], frequency])
@@ -264,8 +268,7 @@ class Joint:
         excitation, by_force = self.excitation.modes, self.excitation.is_force
         excited, observed = map(np.linalg.norm, (excitation, self.sensors.output))
         rounding = checks.ROUNDING_OF_MODES * (max(excited, observed) if by_force else excited)
-        stiffness = np.diag((2 * np.pi * self.natural_frequency) ** 2) + self.stuck_stiffness()
-        squared, vectors = np.linalg.eigh(stiffness)
+        squared, vectors = np.linalg.eigh(self.stiffness_while_stuck())
         own = squared[place]
         modes = vectors[:, abs(squared - own) <= _SAME_FREQUENCY * own]
         participation = np.linalg.norm(excitation @ modes)

@@ -34,16 +34,14 @@ def of_responses(
     dict
         By dimensions ``response`` and ``response_point``; values that are not compared are NaN.
     """
-    places = [
-        n
+    found = {
+        n: curve
         for n, curve in enumerate(calibration.compared.measured)
         if isinstance(curve, MeasuredResponse)
-    ]
-    if not places:
+    }
+    if not found:
         return {}
-    measured = [
-        curve for curve in calibration.compared.measured if isinstance(curve, MeasuredResponse)
-    ]
+    places, measured = list(found), list(found.values())
     curves, errors = calibration.curves(), calibration.rms_errors
     tests = calibration.checks_of_curves
     of = ("response", "response_quantity")
