@@ -57,6 +57,16 @@ def changed(study):
     return change
 
 
+@pytest.mark.parametrize(
+    "joint", ["node-to-node", "clusters=48", "regions=6", "regions=6/elements=7", "hyper=auto"]
+)
+def test_the_last_joint_of_a_sweep_is_the_one_that_it_asks_for(changed, joint):
+    (files,) = Contents(changed(joint=joint)).joints_of_sweep(NAME)
+    # limits of the model are those of the first
+    assert files[0].endswith("/node-to-node/joint.nc")
+    assert files[-1].endswith(f"/{joint}/joint.nc")
+
+
 def test_a_base_case_need_not_run(changed):
     assert list(changed(case="three_bolt_variable", joint="node-to-node").base_cases) == []
     shorter = {"cases": ["four_bolt_constant"], "sweeps": [NAME]}

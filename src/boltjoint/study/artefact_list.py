@@ -70,11 +70,14 @@ class Artefact:
 def _solved_of(
     sweep: "Sweep", variant: "Variant", *, checking: bool
 ) -> tuple[Basis, list[JointName]]:
-    """Basis and joints of a variant of a sweep, or of its check: node to node, and reduced."""
+    """Basis and joints of a variant of a sweep, or of its check.
+
+    Node to node first, which knows limits of the model, and last the one that is solved.
+    """
     basis, joint = sweep.basis, variant.joint
     if checking and sweep.check is not None:
         basis, joint = sweep.check.basis, sweep.check.joint
-    return basis, with_regions([REFERENCE[0], joint])
+    return basis, list(dict.fromkeys([REFERENCE[0], *with_regions([joint])]))
 
 
 def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
