@@ -11,7 +11,7 @@ import pandas as pd
 import xarray as xr
 
 from boltjoint import dataset
-from boltjoint.study.solved_designs import SweepError, error_of_sweep, peak_variable
+from boltjoint.study.errors_of_sweep import SweepError, error_of_sweep, peak_variable
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_statistics, values_of_keys
 
@@ -40,18 +40,28 @@ def _indices(name: str) -> pd.DataFrame:
     return tabulate_sensitivity(load(name)).set_index(["observed", "key"])
 
 
-def shares(name: str) -> pd.DataFrame:
-    """First-order and total Sobol indices with their intervals, as text, by key and peak."""
+def shares(name: str, other: str) -> pd.DataFrame:
+    """Sobol indices with their intervals, as text, by key and peak; total ones of another too."""
     found = {}
-    for order, words in (("first_order", "first order"), ("total", "total")):
+    for sweep, order, words in (
+        (name, "first_order", "first order"),
+        (name, "total", "total"),
+        (other, "total", "total in four modes"),
+    ):
         for observed, of_what in (("peak_frequency_Hz", "frequency"), ("peak_mm", "amplitude")):
-            rows = _indices(name).loc[observed]
+            rows = _indices(sweep).loc[observed]
             found[f"{of_what}, {words}"] = [
                 f"{row[order]:.2f} ({row[f'{order}_low']:.2f} to {row[f'{order}_high']:.2f})"
                 for _, row in rows.iterrows()
             ]
     keys = [key.replace("_", " ") for key in rows.index]
     return pd.DataFrame(found, index=keys)
+
+
+def ratios(name: str, other: str, what: str) -> np.ndarray:
+    """Smallest, 5 %, median, 95 % and largest of the peaks of another sweep over those of one."""
+    ratio = peaks_of(other, what) / peaks_of(name, what)
+    return np.nanquantile(ratio, [0, 0.05, 0.5, 0.95, 1])
 
 
 def share(name: str, observed: str, key: str, order: str = "total") -> float:

@@ -1,14 +1,14 @@
 """Numerical options: what the library gets of them, and its own defaults."""
 
 import inspect
+from typing import get_args
 
 import pytest
 from pydantic import ValidationError
 
 from boltjoint.config.numerical_options import Fitting, Solver
-from boltjoint.config.sweep import Sweep
+from boltjoint.config.sweep import Harmonics, Sweep
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.options import CONVERGING
@@ -36,12 +36,11 @@ def test_defaults_are_those_of_the_library():
     samples = inspect.signature(AlternatingFrequencyTime).parameters["samples"].default
     assert Solver().time_samples == samples
     assert HarmonicConvergence(**Solver().harmonic_convergence) == HarmonicConvergence()
-    *fewer, most = CONVERGING
     told = Solver.model_fields["harmonics"].description
-    assert f"up to {most}:" in told
-    told = Sweep.model_fields["harmonics"].description
-    assert f"of {', '.join(map(str, fewer))} and {most}." in told
-    assert LeftOutHarmonics().times == memory_and_time_of_jobs.LEFT_OUT
+    assert f"up to {CONVERGING[-1]}:" in told
+    # of sweeps they are chosen among these
+    assert get_args(Harmonics) == CONVERGING
+    assert Sweep.model_fields["harmonics"].default == CONVERGING[-1]
     harmonics = inspect.signature(tabulate_steady_states).parameters["harmonics"].default
     assert max(harmonics) == memory_and_time_of_jobs.MANY_ENRICHED
 

@@ -76,7 +76,7 @@ def test_a_base_case_need_not_run(changed):
         ["three_bolt_variable"],
     )
     assert study.case("three_bolt_variable").assembly in study.assemblies
-    assert study.designs == {NAME: 64 * (6 + 2)}
+    assert study.designs == {NAME: 1024 * (6 + 2)}
 
 
 def test_a_regression_has_designs_for_each_of_its_variables():
@@ -88,6 +88,13 @@ def test_a_regression_has_designs_for_each_of_its_variables():
     with pytest.raises(ValueError, match="must be at least 33 with so many keys that vary"):
         few = {"vary": vary, "design": design, "converged_designs": 32}
         Sweep.model_validate(keys | few)
+    several = [{"harmonics": 17, "number": 80}, {"harmonics": 33, "number": 40}]
+    by_harmonics = Sweep.model_validate(
+        keys | {"vary": vary, "design": design, "converged_designs": several}
+    )
+    assert by_harmonics.designs_by_harmonics == {17: 80, 33: 40}
+    assert by_harmonics.harmonics_in_words.startswith("with all harmonics in 40 designs")
+    assert sweep.designs_by_harmonics == {33: 33}
 
 
 def test_a_base_case_is_solved_as_the_sweep_asks_for(changed):

@@ -11,6 +11,7 @@ import pytest
 from sweep_examples import GRID_SIZES, KEYS, LEVELS, content_of, sweep_of
 
 from boltjoint import csv_files
+from boltjoint.config.sweep import SweepCheck
 from boltjoint.report.figures.sweeps import plot_sensitivity
 from boltjoint.report.pages.content import address_of_sweep
 from boltjoint.report.pages.sweep.page import (
@@ -64,6 +65,21 @@ def test_a_page_says_what_its_designs_are(kind):
 def test_a_page_says_what_harmonics_its_peaks_have(keys, words):
     sweep = sweep_of("grid").model_copy(update=keys)
     assert words in words_of(sweep_page("swept", sweep, content_of("grid", 64)))
+
+
+def test_a_page_says_first_how_far_its_peaks_are_off():
+    told = {"peak_frequency_error": 0.004, "peak_amplitude_error": 0.07, "checked_designs": 5}
+    content = content_of("sobol", 64)
+    content = content.assign(
+        {name: ("force", np.full(content.sizes["force"], value)) for name, value in told.items()}
+    )
+    check = SweepCheck.model_validate({"basis": "enriched-80", "harmonics": 9})
+    sweep = sweep_of("sobol").model_copy(update={"error_bars": False, "check": check})
+    words = words_of(sweep_page("swept", sweep, content))
+    assert "off by up to 0.4 % in frequency and 7 % in amplitude, further than this study" in words
+    assert "in the basis enriched-80 with up to 9 harmonics, whose further" in words
+    tolerated = words_of(sweep_page("swept", sweep, content, largest_error=0.08))
+    assert "7 % in amplitude: the largest errors of 5 designs drawn at random" in tolerated
 
 
 @pytest.mark.parametrize("kind", ["grid", "sobol"])

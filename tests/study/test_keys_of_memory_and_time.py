@@ -93,6 +93,13 @@ PLACES = {
             "converged_designs": 30,
         }
     },
+    ("sweep", "converged_designs[].number"): {
+        "sweep": {
+            "design": _LATIN_HYPERCUBE | {"number": 10**5},
+            "observe": ["peaks", "converged-peaks"],
+            "converged_designs": [{"harmonics": 33, "number": 30}],
+        }
+    },
     ("sweep", "check.designs"): {
         "sweep": {"design": _LATIN_HYPERCUBE | {"number": 10**5}, "check": {"basis": "free-2"}}
     },
@@ -172,6 +179,8 @@ WITHOUT = {
     "sweep": {
         "amplitudes_mm": _FIXED,
         "harmonics": "at most 33 are tried, which are counted",
+        "check.harmonics": "at most 33 are tried, which are counted",
+        "converged_designs[].harmonics": "at most 33 are tried, which are counted",
         "designs_per_job": "the job that gathers all designs holds more",
         "check.seed": "the number of the random numbers that are drawn",
         "design.seed": "the number of the random numbers that are drawn",

@@ -1,5 +1,7 @@
 """Sweeps: each design is what it is as a case of its own; impossible ones are named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,7 +15,7 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
-from boltjoint.dynamics.response.error_bars import add_converged_peaks
+from boltjoint.dynamics.response.error_bars import ConvergedPeak, add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits, add_limits
@@ -25,16 +27,19 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import DISPLACEMENT, LIMITS, STRESS
+from boltjoint.study import designs as designs_of_sweeps
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
+from boltjoint.study.errors_of_sweep import error_of_sweep
 from boltjoint.study.solved_designs import (
     check_designs,
-    error_of_sweep,
     gather_sweep,
     solve_designs,
 )
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_statistics
 
+GRID = Grid(kind="grid")
+_RESPONSES = designs_of_sweeps._responses
 #: of the peaks with all harmonics
 CONVERGED = (
     "peak_frequency_converged",
@@ -137,6 +142,47 @@ def test_a_stiffness_per_area_varies_too():
             np.testing.assert_allclose(found[name][row], alone[name], rtol=1e-9)
     # the grid of responses holds the resonance of the stiffest design
     np.testing.assert_allclose(found["frequency"][[0, -1]], windows[-1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("stiffness", [3e12, 1e13, 4e13])
+def test_each_response_has_the_whole_grid(stiffness):
+    contact = {"law": "constant", "friction_coefficient": 0.1}
+    content = base("constant", contact={**contact, "tangential_stiffness_N_per_m3": 5e12})
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
+    designs = list_designs(
+        {"contact.tangential_stiffness_N_per_m3": (2e12, stiffness)}, GRID, content
+    )
+    found = solve_designs([problem], designs, range(2), frequencies=40)
+    assert np.isfinite(found["response_amplitude"]).all()
+
+
+def test_a_peak_that_long_steps_do_not_lead_to_is_found_with_others(problem, monkeypatch):
+    solved = []
+
+    def responses(case, joint, window, control):
+        solved.append(control.largest_step)
+        branches = _RESPONSES(case, joint, window, control)
+        return [replace(one, complete=len(solved) > 1) for one in branches]
+
+    monkeypatch.setattr(designs_of_sweeps, "_responses", responses)
+    values = {"preload_N": 1200.0}
+    _, branches = problem.solve(values)
+    assert solved == [8 * StepControl().largest_step, StepControl().largest_step]
+    assert all(branch.complete for branch in branches)
+
+
+def test_designs_whose_harmonics_were_not_found_are_not_predicted(problem, monkeypatch):
+    designs = list_designs({"loss_factor": tuple(np.linspace(2e-3, 1e-2, 40))}, GRID, problem.case)
+    monkeypatch.setattr(SweptJoint, "converge", lambda *_, **__: [ConvergedPeak(), ConvergedPeak()])
+    of_some = {"converged": True, "converged_designs": {9: 30, 17: 10}}
+    found = solve_designs([problem], designs, range(40), **of_some)
+    # those that were not tried are
+    assert int(found["is_predicted"].sum()) == 10
+    for wrong in ({}, {9: 0}):
+        with pytest.raises(ValueError, match="converged_designs"):
+            solve_designs([problem], designs, range(40), converged=True, converged_designs=wrong)
+    with pytest.raises(ValueError, match="converged be true"):
+        solve_designs([problem], designs, range(40), converged_designs={9: 30})
 
 
 def test_converged_peaks_of_designs_are_those_of_their_responses():
@@ -255,17 +301,45 @@ def test_peaks_with_all_harmonics_count_where_they_are_observed():
     assert mean != pytest.approx(1e3 * float(solved["peak_amplitude"].mean()), rel=1e-4)
 
 
+def test_without_error_bars_the_last_change_of_harmonics_is_extrapolated():
+    content = base("constant", forces_N=(3.0,))
+    designs = list_designs({"loss_factor": (0.002, 0.01)}, Grid(kind="grid"), content)
+    every = joints(Case.model_validate(content))[:1]
+    problem = SweptJoint(content, every, harmonics=HarmonicConvergence().up_to(9))
+    larger = SweptJoint(content, every, harmonics=HarmonicConvergence().up_to(17))
+    solved, check = (
+        solve_designs([one], designs, range(2), converged=True, error_bars=False)
+        for one in (problem, larger)
+    )
+    for what in ("frequency", "amplitude"):
+        assert f"peak_{what}_inertia_error" not in solved
+        peaks = [one[f"peak_{what}_converged"] for one in (solved, check)]
+        change = abs(peaks[1] / peaks[0] - 1)
+        # it falls with the square of the harmonics
+        told = check[f"peak_{what}_truncation_error"]
+        np.testing.assert_allclose(told, change / ((17 / 9) ** 2 - 1), rtol=1e-6, atol=1e-12)
+    checked = check_designs([larger], designs, 2, error_bars=False)
+    sweep = gather_sweep(content, designs, [solved], {"loss_factor": 2}, checked)
+    off = float(change.max() + told.max())
+    assert 0 < sweep["peak_amplitude_error"].item() == pytest.approx(off, rel=0.05)
+
+
 def test_peaks_of_most_designs_follow_from_those_of_some():
     content = base("constant", forces_N=(5.0, 30.0))
     vary = {"preload_N": Linear(kind="linear", lowest=500, highest=1500)}
     designs = list_designs(vary, Samples(kind="sobol", number=64, seed=3), content)
     problem = SweptJoint(content, joints(Case.model_validate(content))[:1])
-    some = solve_designs([problem], designs, range(64), converged=True, converged_designs=32)
+    of_some = {"converged": True, "converged_designs": {17: 40, 33: 32}}
+    some = solve_designs([problem], designs, range(64), **of_some)
     assert (some["peak_harmonics"].notnull().sum("design") == 32).all()
+    np.testing.assert_array_equal(some["harmonics"], [17, 33])
+    solved = some["harmonic_peak_amplitude"].notnull().sum("design")
+    np.testing.assert_array_equal(solved, [[40, 32], [40, 32]])
+    with_most = some["harmonic_peak_amplitude"][..., 1].drop_vars("harmonics")
+    xr.testing.assert_equal(with_most, some["peak_amplitude_converged"])
     # in chunks the same designs are drawn
     chunks = [
-        solve_designs([problem], designs, chunk, converged=True, converged_designs=32)
-        for chunk in (range(40), range(40, 64))
+        solve_designs([problem], designs, chunk, **of_some) for chunk in (range(40), range(40, 64))
     ]
     xr.testing.assert_identical(some, xr.concat(chunks, "design", combine_attrs="override"))
     sweep = gather_sweep(content, designs, chunks, {})
@@ -277,8 +351,9 @@ def test_peaks_of_most_designs_follow_from_those_of_some():
         assert ((error <= told).sum("design") >= 60).all()
         assert (told < 0.1).all()
     assert int(sweep["is_predicted"].sum()) == 32
-    # it counts in the error of the sweep
-    check = check_designs([problem], designs, 4, seed=2)
+    # it counts in the error of the sweep, whose checked designs are among those solved
+    check = check_designs([problem], designs, 4, seed=2, converged_designs={17: 40, 33: 32})
+    assert not sweep["is_predicted"][check["checked_design"].to_numpy()].any()
     told = gather_sweep(content, designs, chunks, {}, check)
     for what in ("frequency", "amplitude"):
         regression = told[f"peak_{what}_regression_error"].to_numpy()
@@ -289,9 +364,6 @@ def test_peaks_of_most_designs_follow_from_those_of_some():
 def problem():
     content = base("constant", forces_N=(5.0, 30.0))
     return SweptJoint(content, joints(Case.model_validate(content)))
-
-
-GRID = Grid(kind="grid")
 
 
 def test_a_grid_has_the_dimensions_of_its_keys(problem):
@@ -317,7 +389,7 @@ def test_a_grid_has_the_dimensions_of_its_keys(problem):
     window = tuple(sweep["frequency"].to_numpy()[[0, -1]])
     _, (_, branch) = problem.solve(values, window)
     here = sweep.isel(preload=2, friction_coefficient=0, force=1)
-    assert here["peak_amplitude"] == branch.amplitude[branch.peak]
+    assert float(here["peak_amplitude"]) == pytest.approx(branch.amplitude[branch.peak], rel=1e-9)
     # the grid passes the peak near by
     assert 0.5 < here["response_amplitude"].max() / here["peak_amplitude"] <= 1 + 1e-6
 

@@ -33,7 +33,6 @@ from boltjoint.reproduction.case_studies import (
 )
 from boltjoint.study import layout, memory_and_time_of_study, implausible_values
 from boltjoint.study.artefact_list import Contents
-from boltjoint.study.memory_and_time_of_jobs import MOST_CHOSEN
 from boltjoint.study.progress import STUDY_AS_NAMED, Progress
 from boltjoint.study.response_list import headline_basis
 

@@ -77,12 +77,13 @@ rule check_sweep:
         check=lambda w: {
             "number": study.sweeps[w.sweep].check.designs,
             "seed": study.sweeps[w.sweep].check.seed,
+            "error_bars": study.sweeps[w.sweep].error_bars,
+            "converged_designs": study.sweeps[w.sweep].designs_by_harmonics,
         },
         sampling=study.solver.sampling,
         steps=study.solver.steps,
         harmonics=study.solver.harmonic_convergence,
-        # all of them
-        highest=MOST_CHOSEN,
+        highest=lambda w: study.sweeps[w.sweep].check.harmonics,
     script:
         "../scripts/solve_designs.py"
 
@@ -135,9 +136,10 @@ rule write_page_of_sweep:
         sweep=lambda w: study.sweeps[w.sweep].model_dump(
             include={
                 *("case", "vary", "design", "basis", "joint", "check"),
-                *("observe", "harmonics", "converged_designs"),
+                *("observe", "harmonics", "error_bars", "converged_designs"),
             }
         ),
+        largest_error=study.solver.largest_error,
         reported=lambda w: study.sweeps[w.sweep].case in study.cases,
     script:
         "../scripts/write_page_of_sweep.py"

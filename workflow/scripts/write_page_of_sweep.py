@@ -12,5 +12,6 @@ name, params, results = snakemake.wildcards.sweep, snakemake.params, Results(sna
 sweep = Sweep.model_validate(params.sweep)
 indices = indices_of(name, sweep, results, params.reported)
 content = results.dataset("sweep", sweep=name)
-page = sweep_page(name, sweep, content, indices, reported=params.reported)
+how = {"reported": params.reported, "largest_error": params.largest_error}
+page = sweep_page(name, sweep, content, indices, **how)
 Path(snakemake.output.page).write_text(page, encoding="utf-8")

@@ -1,9 +1,10 @@
 """Sweeps: designs of a case that vary some of its keys, solved with one joint model."""
 
+from itertools import pairwise
 from math import prod
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Discriminator, Field, StrictBool, Tag
 
 from boltjoint.config.distributions import Range, Values
 from boltjoint.config.entries import Entry
@@ -35,6 +36,13 @@ MOST_JOBS = 10_000
 #: for each of its variables: keys that vary, and frequency and amplitude with one harmonic
 LEAST_BY_VARIABLE = 3
 
+#: highest harmonic with which peaks are sought, of ``options.CONVERGING``
+Harmonics = Literal[3, 9, 17, 33]
+#: least of them from whose last change further ones are extrapolated
+_LEAST_EXTRAPOLATED = CONVERGING[1]
+#: designs whose peaks are solved with all harmonics
+SolvedDesigns = Annotated[int, Field(strict=True, ge=30), INTEGRAL]
+
 #: time of a design of few elements at one level [s], and size of its peak with its values [byte]
 _SECONDS, _BYTES = 4e-3, 50
 
@@ -42,10 +50,16 @@ _SECONDS, _BYTES = 4e-3, 50
 Observed = Literal["peaks", "converged-peaks", "responses", "contact-states", "backbone"]
 
 
-class SweepCheck(Entry):
-    """Designs drawn at random that are solved again in a larger model, with all harmonics.
+def words_of_harmonics(highest: int) -> str:
+    """What harmonics peaks have that are sought with those up to a number."""
+    return "with all harmonics" if highest >= CONVERGING[-1] else f"with up to {highest} harmonics"
 
-    How far their peaks are off is the error of the sweep.
+
+class SweepCheck(Entry):
+    """Designs drawn at random that are solved again in a larger model.
+
+    How far their peaks are off is the error of the sweep. With ``converged_designs`` they are drawn
+    from those that are solved with most harmonics.
     """
 
     designs: Count = 20
@@ -54,8 +68,36 @@ class SweepCheck(Entry):
     """Modal basis of the larger model."""
     joint: Joint = Field("node-to-node", validate_default=True)
     """Joint of the larger model."""
+    harmonics: Harmonics = 33
+    """Highest harmonic of the larger model: more than ``harmonics`` of the sweep, as these would
+    not be tested, or all."""
     seed: Annotated[int, Field(strict=True, ge=0), INTEGRAL] = 0
     """Seed of the random numbers: with the same one the same designs are drawn."""
+
+
+class ConvergedDesigns(Entry):
+    """Designs whose peaks are solved with harmonics up to one."""
+
+    harmonics: Harmonics
+    """Highest harmonic."""
+    number: SolvedDesigns
+    """Number of designs."""
+
+
+def _form(value: object) -> str | None:
+    if isinstance(value, list | tuple):
+        return "several"
+    return "number" if isinstance(value, int | float) else None
+
+
+NumbersOfConverged = Annotated[
+    Annotated[SolvedDesigns, Tag("number")] | Annotated[Several[ConvergedDesigns], Tag("several")],
+    Discriminator(
+        _form,
+        custom_error_type="no_numbers",
+        custom_error_message="must be a whole number, or a list of harmonics and number",
+    ),
+]
 
 
 class Sweep(Entry):
@@ -93,14 +135,18 @@ class Sweep(Entry):
     the amplitude over frequency on one grid for all; ``contact-states``, of each element at the
     peak; ``backbone``, natural frequency and damping ratio over the amplitude of the output
     point."""
-    harmonics: Annotated[int, Field(strict=True, ge=3), INTEGRAL] = CONVERGING[-1]
-    """Highest harmonic with which ``converged-peaks`` are sought, of 3, 9, 17 and 33. Fewer take
-    less time, and ``check`` tells what they leave out."""
-    converged_designs: Annotated[int, Field(strict=True, ge=30), INTEGRAL] | None = None
-    """Number of designs, spread over all, whose ``converged-peaks`` are solved. Those of the others
-    follow from their peaks with one harmonic by regression, whose error counts in that of the
-    sweep: it does not know a superharmonic resonance between the designs that are solved. All by
-    default."""
+    harmonics: Harmonics = 33
+    """Highest harmonic with which ``converged-peaks`` are sought. Fewer take less time, and
+    ``check`` tells what they leave out."""
+    error_bars: StrictBool = True
+    """Whether error bars of ``converged-peaks`` are estimated, of designs and of those of
+    ``check``. They take two thirds of the time of a peak or more. Without them what the last
+    harmonics changed, extrapolated, counts in their place."""
+    converged_designs: NumbersOfConverged | None = None
+    """Number of designs, spread over all, whose ``converged-peaks`` are solved, or several numbers
+    by their highest harmonic, as 300 up to 9 and 60 of these up to 17. Those of the others follow
+    from their peaks with fewer by regression, whose error counts in that of the sweep: it does not
+    know a superharmonic resonance between the designs that are solved. All by default."""
     frequencies: Count = 400
     """Frequencies of the grid of ``responses``."""
     amplitudes: Count = 50
@@ -123,14 +169,9 @@ class Sweep(Entry):
         if "backbone" in self.observe and self.amplitudes < 2:
             yield ("amplitudes",), "must be at least 2, the ends of the grid"
         if self.converged_designs is not None:
-            least = LEAST_BY_VARIABLE * (len(self.vary) + 2)
-            if "converged-peaks" not in self.observe:
-                yield ("converged_designs",), "must not be given without converged-peaks in observe"
-            elif self.converged_designs < least:
-                yield (
-                    ("converged_designs",),
-                    f"must be at least {least} with so many keys that vary",
-                )
+            yield from self._conflicts_of_converged()
+        if self.check is not None:
+            yield from self._conflicts_of_check(self.check.harmonics)
         if self.amplitudes_mm is not None and self.amplitudes_mm[0] >= self.amplitudes_mm[1]:
             yield ("amplitudes_mm",), "must ascend"
         if self.levels is not None and (keys := LEVEL_KEYS & set(self.vary)):
@@ -142,6 +183,34 @@ class Sweep(Entry):
                 elif values.number is None or values.number < 2:
                     yield ("vary", key, "number"), "is missing: at least two values of a grid"
         yield from self.conflicts_of_number(self.designs or 0)
+
+    def _conflicts_of_check(self, harmonics: int) -> Problems:
+        """What speaks against the harmonics of the larger model."""
+        path, all_of_them = ("check", "harmonics"), CONVERGING[-1]
+        if "converged-peaks" in self.observe and harmonics <= self.harmonics != all_of_them:
+            yield path, f"must be above the harmonics of the sweep, {self.harmonics}"
+        elif "converged-peaks" in self.observe and harmonics < self.harmonics:
+            yield path, "must be those of the sweep, which has all"
+        elif not self.error_bars and harmonics < _LEAST_EXTRAPOLATED:
+            yield path, f"must be at least {_LEAST_EXTRAPOLATED} without error_bars"
+
+    def _conflicts_of_converged(self) -> Problems:
+        """What speaks against the numbers of designs that are solved with all harmonics."""
+        least, path = LEAST_BY_VARIABLE * (len(self.vary) + 2), ("converged_designs",)
+        if isinstance(self.converged_designs, tuple):
+            tiers = [each.harmonics for each in self.converged_designs]
+            numbers = [each.number for each in self.converged_designs]
+        else:
+            tiers, numbers = [self.harmonics], [self.converged_designs or 0]
+        within = [number for number in CONVERGING if number <= self.harmonics]
+        if "converged-peaks" not in self.observe:
+            yield path, "must not be given without converged-peaks in observe"
+        elif tiers != within[-len(tiers) :]:
+            yield path, f"must ascend to the harmonics of the sweep, {self.harmonics}, one by one"
+        elif any(more < fewer for more, fewer in pairwise(numbers)):
+            yield path, "must not have more designs with more harmonics"
+        elif min(numbers) < least:
+            yield path, f"must be at least {least} with so many keys that vary"
 
     def conflicts_of_number(self, count: int) -> Problems:
         """What speaks against a number of designs."""
@@ -177,17 +246,27 @@ class Sweep(Entry):
             and tuple(1e-3 * amplitude for amplitude in self.amplitudes_mm),
             "states": "contact-states" in self.observe,
             "converged": "converged-peaks" in self.observe,
-            "converged_designs": self.converged_designs,
+            "error_bars": self.error_bars,
+            "converged_designs": self.designs_by_harmonics,
         }
+
+    @property
+    def designs_by_harmonics(self) -> dict[int, int] | None:
+        """Designs whose peaks are solved, by the highest harmonic; None where all are with all."""
+        if self.converged_designs is None:
+            return None
+        if isinstance(self.converged_designs, int):
+            return {self.harmonics: self.converged_designs}
+        return {each.harmonics: each.number for each in self.converged_designs}
 
     @property
     def harmonics_in_words(self) -> str:
         """What harmonics its peaks have."""
         if "converged-peaks" not in self.observe:
             return "without all harmonics"
-        has_all = self.harmonics >= type(self).model_fields["harmonics"].default
-        told = "with all harmonics" if has_all else f"with up to {self.harmonics} harmonics"
-        solved = self.converged_designs
+        told = words_of_harmonics(self.harmonics)
+        numbers = self.designs_by_harmonics
+        solved = None if numbers is None else min(numbers.values())
         if solved is None or (self.designs is not None and solved >= self.designs):
             return told
         return f"{told} in {solved} designs and by regression in all others"

@@ -13,6 +13,7 @@ from boltjoint.config.varied_keys import is_rescaled
 from boltjoint.dataset import Quantity, quantities
 from boltjoint.dynamics.balance.modal_contact import ModalContact
 from boltjoint.dynamics.response.error_bars import ConvergedPeak
+from boltjoint.dynamics.response.harmonic_convergence import HarmonicPeak, PeakSequence
 from boltjoint.friction import contact_states
 from boltjoint.joint.model import Joint
 from boltjoint.structure.model_limits import LIMITS, Limit
@@ -222,9 +223,20 @@ _CONVERGED = (
     ("peak_harmonics", "1", "highest of these harmonics"),
     ("peak_frequency_truncation_error", "1", "of the converged peak"),
     ("peak_amplitude_truncation_error", "1", "of its amplitude"),
+)
+#: and where they have error bars
+_BARS = (
     ("peak_frequency_inertia_error", "1", "of the converged peak, by inertia of its basis"),
     ("peak_amplitude_inertia_error", "1", "of its amplitude, by inertia of its basis"),
 )
+
+
+def _with_harmonics(sequence: PeakSequence, number: int) -> HarmonicPeak | None:
+    """The peak with a number of harmonics, or with those that were enough before; None without."""
+    found = [peak for peak in sequence.peaks if peak.harmonics <= number]
+    if not found or not (found[-1].harmonics == number or sequence.converged):
+        return None
+    return found[-1]
 
 
 class ObservedDesigns:
@@ -242,6 +254,8 @@ class ObservedDesigns:
         elements: int | None,
         *,
         converged: bool = False,
+        error_bars: bool = True,
+        harmonics: Sequence[int] = (),
         limits: Collection[Limit] = (),
     ) -> None:
         self.peak = np.full((designs, levels, 2), np.nan)
@@ -250,7 +264,11 @@ class ObservedDesigns:
         self.grid, self.sizes = grid, sizes
         self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
         self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
-        self.converged = np.full((designs, levels, len(_CONVERGED)), np.nan) if converged else None
+        self._of_peaks = _CONVERGED + _BARS * error_bars
+        shape = designs, levels, len(self._of_peaks)
+        self.converged = np.full(shape, np.nan) if converged else None
+        self.harmonics = list(harmonics)
+        self.by_harmonics = np.full((designs, levels, len(self.harmonics), 2), np.nan)
         self.known = limits
         self.reached = np.full((designs, levels, len(LIMITS)), np.nan)
         self.state: NDArray[np.int8] | None = None
@@ -275,13 +293,17 @@ class ObservedDesigns:
                 )
         self.reason[place] = next((branch.reason for branch in branches if branch.reason), "")
 
-    def add_converged(self, place: int, peaks: Sequence[ConvergedPeak]) -> None:
-        """Keep the peaks of a design with all harmonics."""
+    def add_converged(self, place: int, peaks: Sequence[ConvergedPeak], highest: int) -> None:
+        """Keep the peaks of a design, solved with harmonics up to the highest."""
         if self.converged is None:
             raise ValueError("the peaks with all harmonics are not observed")
-        self.converged[place] = [
-            (*peak.values, *peak.truncation_error, *peak.inertia_error) for peak in peaks
-        ]
+        for level, peak in enumerate(peaks):
+            if not self.harmonics or highest == self.harmonics[-1]:
+                values = *peak.values, *peak.truncation_error, *peak.inertia_error
+                self.converged[place, level] = values[: len(self._of_peaks)]
+            for column, number in enumerate(self.harmonics):
+                if number <= highest and (at := _with_harmonics(peak.sequence, number)):
+                    self.by_harmonics[place, level, column] = at.frequency, at.amplitude
 
     def add_limits(self, place: int, shares: Array) -> None:
         """Keep how much of each of ``LIMITS`` the peaks of a design reach, (levels, limits)."""
@@ -302,8 +324,14 @@ class ObservedDesigns:
             # the amplitude with all harmonics counts, where it is known
             ratio = self.converged[..., 1] / self.peak[..., 1]
             scale = np.where(np.isfinite(ratio), ratio, 1.0)
-            for place, (name, unit, meaning) in enumerate(_CONVERGED):
+            for place, (name, unit, meaning) in enumerate(self._of_peaks):
                 rows.append((name, along, self.converged[..., place], unit, meaning))
+        if self.harmonics:
+            meaning = "highest harmonic of peaks from which those of other designs follow"
+            rows.append(("harmonics", "harmonics", self.harmonics, "1", meaning))
+            for column, (what, unit) in enumerate((("frequency", "Hz"), ("amplitude", "m"))):
+                row = (*along, "harmonics"), self.by_harmonics[..., column], unit
+                rows.append((f"harmonic_peak_{what}", *row, "with so many harmonics"))
         for limit, reached in zip(LIMITS, np.moveaxis(self.reached, -1, 0), strict=True):
             if limit in self.known:
                 rows.append((f"peak_{limit.name}", along, scale * reached, "1", limit.meaning))

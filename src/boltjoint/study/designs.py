@@ -25,14 +25,16 @@ from boltjoint.dynamics.response.converged_peaks import find_converged_peak
 from boltjoint.dynamics.response.error_bars import ConvergedPeak
 from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
+from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
 from boltjoint.dynamics.response.methods import Problem
-from boltjoint.dynamics.response.windows import Resonance, frequency_window
+from boltjoint.dynamics.response.windows import Resonance, WindowMargins, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.io import model_errors
 from boltjoint.joint.model import Joint
+from boltjoint.options import CONVERGING
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import LIMITS
 
@@ -41,6 +43,12 @@ if TYPE_CHECKING:
 
 
 Value = TypeVar("Value")
+
+#: steps of a branch of which only the peak is kept, over those of one that is drawn: the peak is
+#: located between solutions, and the same
+_STEPS_TO_PEAK = 8.0
+#: window of such a branch: no peak of a lightly damped joint leaves the range of its resonance
+_AROUND_PEAK = WindowMargins(below=0.97, above=1.02)
 
 _ONE_JOINT: tuple[Mapping[str, Any], ...] = ({"values": {}, "reason": ""},)
 
@@ -185,6 +193,23 @@ def _rescaled(of_keys: Mapping[str, Value]) -> dict[str, Value]:
 Array = NDArray[np.float64]
 
 
+def _responses(
+    case: Case, joint: Joint, window: tuple[float, float], control: StepControl
+) -> list["Branch"]:
+    """Responses of a joint at the levels of a case."""
+    resonance = Resonance(case.solve[0].resonance, window)
+    problem = Problem.of(joint, case.structural_damping, resonance, control)
+    joint.check_excitation(problem.resonance)
+    method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
+    return [method.solve(problem, level) for level in case.levels]
+
+
+def _to_peak(control: StepControl) -> StepControl:
+    """Longer steps, with which a peak is located more narrowly: designs are what cases are."""
+    longer = control.with_shorter_steps(1 / _STEPS_TO_PEAK)
+    return replace(longer, peak_tolerance=control.peak_tolerance / _STEPS_TO_PEAK**2)
+
+
 def _motion_at(branch: "Branch", place: int, joint: Joint) -> PeriodicMotion:
     """The motion of a solution of a branch."""
     components = Components(joint.law.components)
@@ -235,7 +260,7 @@ class SweptJoint:
 
     def window(self, values: Mapping[str, float]) -> tuple[float, float]:
         """Frequency window of the design with these values of its keys [Hz]."""
-        return self._window(self._joints(self._case(values)))
+        return self._window(self._joints(self._case(values)), WindowMargins())
 
     def solve(
         self, values: Mapping[str, float], window: tuple[float, float] | None = None
@@ -247,29 +272,43 @@ class SweptJoint:
         values
             Values of the keys that vary.
         window
-            Frequencies [Hz]; by default those of the design.
+            Frequencies [Hz] of responses that are kept. By default peaks are, in a window of the
+            design, with longer steps where these lead across it.
         """
         case = self._case(values)
         joints = self._joints(case)
-        joint = self._solved(joints)
-        resonance = Resonance(case.solve[0].resonance, window or self._window(joints))
-        problem = Problem.of(joint, case.structural_damping, resonance, self.control)
-        joint.check_excitation(problem.resonance)
-        method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
-        return joint, [method.solve(problem, level) for level in case.levels]
+        joint, control = self._solved(joints), self.control or StepControl()
+        if window is None and case.coordinates[0] == "linear":
+            peaks = _responses(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
+            if all(branch.complete and branch.peak is not None for branch in peaks):
+                return joint, peaks
+        window = window or self._window(joints, WindowMargins())
+        return joint, _responses(case, joint, window, control)
 
     def converge(
-        self, values: Mapping[str, float], joint: Joint, branches: Sequence["Branch"]
+        self,
+        values: Mapping[str, float],
+        joint: Joint,
+        branches: Sequence["Branch"],
+        *,
+        highest: int = CONVERGING[-1],
+        error_bars: bool = True,
     ) -> list[ConvergedPeak]:
-        """The peaks of a design with all harmonics, from its responses."""
+        """The peaks of a design with harmonics up to the highest, from its responses.
+
+        Without error bars their truncation errors are extrapolated from the last change.
+        """
+        options = self.harmonics.up_to(highest)
         damping = self._case(values).structural_damping
+        left_out = LeftOutHarmonics() if error_bars else None
         peaks = []
         for branch in branches:
             if branch.peak is None:
                 peaks.append(ConvergedPeak())
                 continue
             at = float(branch.frequency[branch.peak]), _motion_at(branch, branch.peak, joint)
-            peaks.append(find_converged_peak(joint, *at, branch.force, damping, self.harmonics))
+            peak = find_converged_peak(joint, *at, branch.force, damping, options, left_out)
+            peaks.append(peak if error_bars else peak.extrapolated)
         return peaks
 
     def reached(self, joint: Joint, branches: Sequence["Branch"]) -> Array:
@@ -317,6 +356,7 @@ class SweptJoint:
         ratio = case.nominal_preload / self.base.nominal_preload
         return [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
 
-    def _window(self, joints: Sequence[Joint]) -> tuple[float, float]:
+    def _window(self, joints: Sequence[Joint], margins: WindowMargins) -> tuple[float, float]:
         block = self.base.solve[0]
-        return frequency_window(*joints, resonance=block.resonance, given=block.window_Hz)
+        given = block.window_Hz
+        return frequency_window(*joints, resonance=block.resonance, given=given, margins=margins)

@@ -79,6 +79,8 @@ _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 #: of a peak with all harmonics, and for each element, vector and component of these [s]
 _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
+#: share of it without error bars, and of a design of which only peaks are kept
+_WITHOUT_BARS, _OF_PEAKS = 0.4, 0.5
 #: of the regression of peaks with all harmonics, by the cube of the designs that have them [s]
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]
@@ -333,16 +335,19 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     )
     stored = levels * (_NUMBER * (4 + frequencies) + states) + 2 * _NUMBER * amplitudes
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
+    seconds *= 1.0 if "responses" in sweep.observe else _OF_PEAKS
     seconds = seconds * _solutions(study.solver) / _SOLUTIONS + _PER_AMPLITUDE * amplitudes
     law, of_peaks = case.contact.declaration, 0.0
+    beyond, of_peak = (LEFT_OUT, 1.0) if sweep.error_bars else (1, _WITHOUT_BARS)
     if "converged-peaks" in sweep.observe:
-        highest = min(sweep.harmonics, MOST_CHOSEN)
-        many = law.components_of(LEFT_OUT * highest)
+        numbers = sweep.designs_by_harmonics or {sweep.harmonics: designs}
+        many = law.components_of(beyond * min(sweep.harmonics, MOST_CHOSEN))
         of_peaks = _memory_of_balance(many, vectors) - _SOLVER
-        stored += levels * _NUMBER * 5
-        share = min((sweep.converged_designs or designs) / designs, 1.0)
-        of_peak = _of_converged_peak(law.components_of(highest), elements, vectors)
-        seconds += levels * share * of_peak
+        stored += levels * _NUMBER * (5 + 2 * len(sweep.designs_by_harmonics or {}))
+        for highest, number in numbers.items():
+            components = law.components_of(min(highest, MOST_CHOSEN))
+            converged = of_peak * _of_converged_peak(components, elements, vectors)
+            seconds += levels * min(number / designs, 1.0) * converged
     multiples = {"design": designs, "frequencies": frequencies, "amplitudes": amplitudes}
     key = f"{SWEEP_FOLDER}/{name}.yaml: {max(multiples, key=lambda key: multiples[key])}"
     chunk = min(sweep.designs_per_job, designs)
@@ -351,8 +356,8 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     jobs = contents.chunks(name)
     yield EstimatedJob("designs", name, memory, designs * seconds, key, does, parts=jobs)
     memory = _PROCESS + 3 * designs * stored + _PER_ROW * designs
-    solved = min(sweep.converged_designs or 0, designs)
-    seconds = levels * _PER_REGRESSION * solved**3
+    solved = [min(number, designs) for number in (sweep.designs_by_harmonics or {}).values()]
+    seconds = levels * _PER_REGRESSION * sum(number**3 for number in solved)
     yield EstimatedJob("sweep", name, memory, seconds, key, f"to gather the designs of {name}")
     if sweep.check is not None:
         check = sweep.check
@@ -362,9 +367,11 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
         vectors = _vectors(study, check.basis)
         number = min(check.designs, designs)
         of_design = _PER_DESIGN + _PER_ELEMENT * elements * vectors
-        of_design += _of_converged_peak(law.components_of(MOST_CHOSEN), elements, vectors)
+        highest = min(check.harmonics, MOST_CHOSEN)
+        converged = _of_converged_peak(law.components_of(highest), elements, vectors)
+        of_design += of_peak * converged
         seconds = _PER_JOINT * len(variants) + number * levels * of_design
-        many = law.components_of(LEFT_OUT * MOST_CHOSEN)
+        many = law.components_of(beyond * highest)
         memory = _memory_of_balance(many, vectors) + _PER_ROW * designs
         key = f"{SWEEP_FOLDER}/{name}.yaml: check.designs"
         yield EstimatedJob("sweep_check", name, memory, seconds, key, f"to check designs of {name}")

@@ -12,7 +12,7 @@ Proceedings of the Royal Society A 463 (2007) 3251-3269.
 """
 
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -24,11 +24,13 @@ from scipy.optimize import minimize
 from boltjoint import checks
 from boltjoint.config.sweep import LEAST_BY_VARIABLE
 from boltjoint.dataset import quantity
+from boltjoint.options import CONVERGING
 from boltjoint.structure.model_limits import LIMITS
 from boltjoint.study.designs import varied
 
 Array = NDArray[np.float64]
 
+_QUANTITIES = "frequency", "amplitude"
 _SEED = 1
 #: parts of the solved designs, each of which is predicted by the others
 _FOLDS = 5
@@ -77,12 +79,32 @@ def rows_with_harmonics(designs: xr.Dataset, number: int | None) -> NDArray[np.b
     return solved
 
 
-def is_predicted(
-    designs: xr.Dataset, with_harmonics: NDArray[np.bool_], chunk: range
-) -> xr.Variable:
-    """Which designs of a chunk are possible and not among those with all harmonics."""
+def harmonics_of_designs(
+    designs: xr.Dataset, numbers: Mapping[int, int] | None
+) -> NDArray[np.int64]:
+    """Highest harmonic with which each design is solved, shape (designs,), 0 with one only.
+
+    Parameters
+    ----------
+    designs
+        As from ``list_designs``.
+    numbers
+        Of how many designs, by the highest harmonic, which ascends while they do not: those with
+        more harmonics are among those with fewer. All possible ones with None.
+    """
+    if numbers is None:
+        return np.where(rows_with_harmonics(designs, None), CONVERGING[-1], 0)
+    highest = np.zeros(designs["reason"].size, np.int64)
+    for harmonics, number in sorted(numbers.items()):
+        highest[rows_with_harmonics(designs, number)] = harmonics
+    return highest
+
+
+def is_predicted(designs: xr.Dataset, numbers: Mapping[int, int], chunk: range) -> xr.Variable:
+    """Which designs of a chunk are possible and not among those with most harmonics."""
     possible = designs["reason"].to_numpy() == ""
-    rows = (possible & ~with_harmonics)[chunk.start : chunk.stop].astype(np.int8)
+    solved = harmonics_of_designs(designs, numbers) == max(numbers)
+    rows = (possible & ~solved)[chunk.start : chunk.stop].astype(np.int8)
     meaning = "1 where peaks with all harmonics follow from those of other designs"
     return quantity("design", rows, "1", meaning)
 
@@ -90,10 +112,14 @@ def is_predicted(
 def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Dataset:
     """A sweep with the peaks with all harmonics of designs whose peaks are to be predicted.
 
+    Where fewer designs are solved with more harmonics, each number of these is predicted from the
+    peaks with the number before.
+
     Parameters
     ----------
     sweep
-        By ``design`` and ``force``, with ``is_predicted``.
+        By ``design`` and ``force``, with ``is_predicted`` and, by ``harmonics`` too, the peaks
+        ``harmonic_peak_frequency`` and ``harmonic_peak_amplitude`` of designs that are solved.
     values
         Of each quantity that varies, by design.
 
@@ -103,35 +129,32 @@ def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Datas
         With the peaks of all designs that have one with one harmonic, shares of limits by these
         amplitudes, and by ``force`` ``peak_frequency_regression_error`` and
         ``peak_amplitude_regression_error``: 95 % of the relative errors of designs that were left
-        out lie within; not a number where too few were solved.
+        out lie within, those of several numbers of harmonics one after another; not a number where
+        too few were solved.
     """
     checks.instance("sweep", sweep, xr.Dataset)
-    names = {what: f"peak_{what}_converged" for what in ("frequency", "amplitude")}
-    single = {what: sweep[f"peak_{what}"].transpose("design", "force") for what in names}
-    peaks = {what: sweep[name].transpose("design", "force").copy() for what, name in names.items()}
+    along = "design", "force"
+    single = {what: sweep[f"peak_{what}"].transpose(*along) for what in _QUANTITIES}
+    solved = {
+        what: sweep[f"harmonic_peak_{what}"].transpose(*along, "harmonics").to_numpy()
+        for what in _QUANTITIES
+    }
+    names = {what: f"peak_{what}_converged" for what in _QUANTITIES}
+    peaks = {what: sweep[name].transpose(*along).copy() for what, name in names.items()}
     predicted = sweep["is_predicted"].to_numpy().astype(bool)
-    levels = sweep.sizes["force"]
-    errors = {what: np.full(levels, np.nan) for what in names}
+    errors = {what: np.full(sweep.sizes["force"], np.nan) for what in _QUANTITIES}
     of_design = [_scaled(column) for column in values]
-    for level in range(levels):
-        own = [_scaled(each.to_numpy()[:, level]) for each in single.values()]
-        variables = np.column_stack([*of_design, *own])
-        has_peak = np.isfinite(variables).all(axis=1)
-        known = has_peak & np.isfinite(peaks["amplitude"].to_numpy()[:, level])
-        wanted = has_peak & predicted
-        if known.sum() < LEAST_BY_VARIABLE * variables.shape[1]:
-            logger.warning(
-                "level %d: %d designs have a peak with all harmonics, too few to predict that of "
-                "others: more converged_designs are needed",
-                *(level + 1, known.sum()),
-            )
+    for level in range(sweep.sizes["force"]):
+        single_peaks = {what: peak.to_numpy()[:, level] for what, peak in single.items()}
+        of_level = {what: each[:, level] for what, each in solved.items()}
+        try:
+            found, within = _with_more_harmonics(of_design, single_peaks, of_level)
+        except _TooFew as error:
+            logger.warning("level %d: %s", level + 1, error)
             continue
         for what, peak in peaks.items():
-            with_one = single[what].to_numpy()[:, level]
-            change = np.log(peak.to_numpy()[known, level] / with_one[known])
-            regression = _Regression(variables[known], change)
-            peak[wanted, level] = with_one[wanted] * np.exp(regression(variables[wanted]))
-            errors[what][level] = _error(regression, variables[known], change)
+            peak[predicted, level] = found[what][predicted]
+            errors[what][level] = within[what]
     ratio = (peaks["amplitude"] / single["amplitude"]).where(predicted[:, None], 1.0).fillna(1.0)
     limits = [f"peak_{limit.name}" for limit in LIMITS if f"peak_{limit.name}" in sweep]
     return sweep.assign(
@@ -145,6 +168,49 @@ def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Datas
             for what, error in errors.items()
         }
     )
+
+
+class _TooFew(Exception):
+    """Too few designs are solved."""
+
+
+def _with_more_harmonics(
+    of_design: Sequence[Array], peaks: Mapping[str, Array], solved: Mapping[str, Array]
+) -> tuple[Mapping[str, Array], dict[str, float]]:
+    """Peaks of all designs with most harmonics, and their relative errors.
+
+    Parameters
+    ----------
+    of_design
+        What varies, by design.
+    peaks
+        Frequencies and amplitudes with one harmonic, by design.
+    solved
+        With more, shape (designs, numbers of harmonics); not a number where they are not solved.
+    """
+    within = dict.fromkeys(peaks, 1.0)
+    for step in range(solved["amplitude"].shape[1]):
+        known_peaks = {what: each[:, step] for what, each in solved.items()}
+        variables = np.column_stack([*of_design, *(_scaled(peak) for peak in peaks.values())])
+        has_peak = np.isfinite(variables).all(axis=1)
+        known = has_peak & np.isfinite(known_peaks["amplitude"])
+        wanted, next_peaks = has_peak & ~known, {}
+        if not wanted.any():
+            peaks = known_peaks
+            continue
+        if known.sum() < LEAST_BY_VARIABLE * variables.shape[1]:
+            raise _TooFew(
+                f"{known.sum()} designs have a peak with more harmonics, too few to predict that "
+                "of others: more converged_designs are needed"
+            )
+        for what, peak in peaks.items():
+            change = np.log(known_peaks[what][known] / peak[known])
+            regression = _Regression(variables[known], change)
+            next_peaks[what] = np.where(known, known_peaks[what], np.nan)
+            next_peaks[what][wanted] = peak[wanted] * np.exp(regression(variables[wanted]))
+            within[what] *= 1 + _error(regression, variables[known], change)
+        peaks = next_peaks
+    return peaks, {what: factor - 1 for what, factor in within.items()}
 
 
 def _scaled(values: Array) -> Array:

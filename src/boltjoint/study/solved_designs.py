@@ -8,7 +8,7 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Literal, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,7 +19,6 @@ from boltjoint import checks
 from boltjoint.config.case import Case
 from boltjoint.config.varied_keys import rescaled_keys
 from boltjoint.dataset import quantity
-from boltjoint.dynamics.response.error_bars import error_bar
 from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.study.common_to_designs import (
     IMPOSSIBLE,
@@ -28,111 +27,17 @@ from boltjoint.study.common_to_designs import (
     common_window,
 )
 from boltjoint.study.designs import SweptJoint, values_of, varied
+from boltjoint.study.errors_of_sweep import errors_of_check
 from boltjoint.study.regression_of_peaks import (
+    harmonics_of_designs,
     is_predicted,
-    rows_with_harmonics,
     with_predicted_peaks,
 )
 
-#: what of a peak is checked
-QUANTITIES: tuple[Literal["frequency"], Literal["amplitude"]] = ("frequency", "amplitude")
-
-
-def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
-    """How far the peaks of a sweep are off.
-
-    Parameters
-    ----------
-    solved
-        Peaks of all designs, by ``design`` and ``force``.
-    check
-        As from ``check_designs``.
-
-    Returns
-    -------
-    Dataset
-        ``checked_design``, ``checked_peak_frequency`` [Hz] and ``checked_peak_amplitude`` [m] of
-        the larger model, and by ``force`` ``peak_frequency_error`` and ``peak_amplitude_error``:
-        the largest of the designs that have a peak in both models, relative, with that of peaks
-        that are predicted (``regression_of_peaks``); not a number without one.
-        ``checked_designs`` is how many have.
-    """
-    at = solved.isel(design=check["checked_design"].to_numpy())
-    variables, errors = {"checked_design": check["checked_design"].variable}, []
-    for what in QUANTITIES:
-        peak = check[f"peak_{what}_converged"].variable
-        error = error_bar(check, what, at[peak_variable(solved, what)].to_numpy())
-        errors.append(error)
-        largest = np.where(np.isfinite(error), error, -np.inf).max(axis=0, initial=-np.inf)
-        largest[np.isneginf(largest)] = np.nan
-        if (regression := f"peak_{what}_regression_error") in solved:
-            largest = (1 + largest) * (1 + np.nan_to_num(solved[regression].to_numpy())) - 1
-        meaning = f"peak {what} of the larger model, with all harmonics"
-        row = ("checked", "force"), peak.to_numpy(), peak.attrs["units"], meaning
-        variables[f"checked_peak_{what}"] = quantity(*row)
-        meaning = f"largest error of the peak {what} of the checked designs"
-        variables[f"peak_{what}_error"] = quantity("force", largest, "1", meaning)
-    count = np.isfinite(errors).all(axis=0).sum(axis=0)
-    meaning = "designs with a peak in both models"
-    variables["checked_designs"] = quantity("force", count, "1", meaning)
-    return xr.Dataset(variables)
-
-
-class SweepError(NamedTuple):
-    """How far the peaks of a sweep are off, relative, and how many designs tell it."""
-
-    frequency: float
-    amplitude: float
-    designs: int
-
-
-def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
-    """The largest errors of a sweep at any level; None where nothing is known of them.
-
-    Parameters
-    ----------
-    sweep
-        ``sweep.nc``.
-    """
-    errors = errors_by_level(sweep)
-    if errors is None or not np.isfinite([*errors.values()]).all():
-        return None
-    frequency, amplitude = (max(errors[what]) for what in QUANTITIES)
-    return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])))
-
-
-def errors_by_level(sweep: xr.Dataset) -> dict[str, list[float]] | None:
-    """How far frequencies and amplitudes of the peaks are off at each level; None if not checked.
-
-    Of levels that vary there is one.
-
-    Parameters
-    ----------
-    sweep
-        ``sweep.nc``.
-    """
-    checks.instance("sweep", sweep, xr.Dataset)
-    names = {what: f"peak_{what}_error" for what in QUANTITIES}
-    if not set(names.values()) <= set(sweep):
-        return None
-    dims = ("force",) if "force" in sweep.dims else ()
-    return {
-        what: np.ravel(checks.variable("sweep", sweep, name, dims, finite=False)).tolist()
-        for what, name in names.items()
-    }
-
-
-def has_all_harmonics(sweep: xr.Dataset) -> bool:
-    """Whether the peaks of a sweep are those with all harmonics."""
-    return "peak_frequency_converged" in sweep
-
-
-def peak_variable(sweep: xr.Dataset, what: str) -> str:
-    """Name of the peak ``frequency`` or ``amplitude`` that counts: with all harmonics if known."""
-    return f"peak_{what}{'_converged' if has_all_harmonics(sweep) else ''}"
-
-
 Array = NDArray[np.float64]
+
+#: part of a frequency by which branches reach beyond their grid, more than its rounding
+_BESIDE = 1e-9
 
 logger = logging.getLogger(__name__)
 
@@ -145,7 +50,8 @@ def _observe(
     window: tuple[float, float] | None,
     amplitudes: Array | None,
     *,
-    converged: bool,
+    harmonics: int,
+    error_bars: bool,
 ) -> None:
     """Solve a design and add what is observed of it, or why it is impossible."""
     if isinstance(variant, ImpossibleJoint):
@@ -155,8 +61,10 @@ def _observe(
         joint, branches = variant.solve(values, window)
         observed.add(place, joint, branches)
         observed.add_limits(place, variant.reached(joint, branches))
-        if converged:
-            observed.add_converged(place, variant.converge(values, joint, branches))
+        if harmonics:
+            solved = values, joint, branches
+            peaks = variant.converge(*solved, highest=harmonics, error_bars=error_bars)
+            observed.add_converged(place, peaks, harmonics)
         if amplitudes is not None:
             observed.backbone[place] = np.transpose(variant.backbone(values, amplitudes))
     except IMPOSSIBLE as error:
@@ -174,7 +82,8 @@ def solve_designs(
     between: tuple[float, float] | None = None,
     states: bool = False,
     converged: bool = False,
-    converged_designs: int | None = None,
+    error_bars: bool = True,
+    converged_designs: Mapping[int, int] | None = None,
 ) -> xr.Dataset:
     """Peaks of some designs of a sweep, and their responses, backbones and contact states.
 
@@ -201,9 +110,12 @@ def solve_designs(
         Whether the contact state of each element at the peak is wanted.
     converged
         Whether the peaks with all harmonics are wanted.
+    error_bars
+        Whether error bars of these are wanted; else their truncation errors are extrapolated.
     converged_designs
-        Of how many designs of the sweep; of all by default. Those of the others are not a number,
-        and ``is_predicted`` tells which (``regression_of_peaks``).
+        Of how many designs of the sweep, by the highest harmonic, which ascends while they do not;
+        of all by default. Those of the others are not a number, and ``is_predicted`` tells which
+        (``regression_of_peaks``).
 
     Returns
     -------
@@ -224,8 +136,12 @@ def solve_designs(
         if points is not None:
             checks.whole(name, points, at_least=1)
     if converged_designs is not None:
-        checks.whole("converged_designs", converged_designs, at_least=1)
-    with_harmonics = converged & rows_with_harmonics(designs, converged_designs)
+        checks.instance("converged_designs", converged_designs, Mapping)
+        if not (converged and converged_designs):
+            raise ValueError("converged_designs must have a number, and converged be true")
+        for harmonics, number in converged_designs.items():
+            checks.whole(f"converged_designs[{harmonics}]", number, at_least=1)
+    highest = converged * harmonics_of_designs(designs, converged_designs)
     values = values_of(designs.isel(design=slice(chunk.start, chunk.stop)))
     impossible, joint_of = designs["reason"].to_numpy(), designs["variant"].to_numpy()
     joints = _possible_joints(variants)
@@ -233,6 +149,7 @@ def solve_designs(
     reasons: Mapping[int, str] = {}
     if frequencies is not None:
         low, high, reasons = common_window(variants, designs)
+        window = low * (1 - _BESIDE), high * (1 + _BESIDE)
         grid = np.linspace(low, high, frequencies)
     if amplitudes is not None:
         sizes = np.geomspace(*(between or common_amplitudes(variants, designs)), amplitudes)
@@ -241,19 +158,26 @@ def solve_designs(
     observed = ObservedDesigns(
         *(len(chunk), levels, grid, sizes, elements if states else None),
         converged=converged,
+        error_bars=error_bars,
+        harmonics=sorted(converged_designs or ()),
         limits={limit for joint in joints for limit in joint.limits.known},
     )
 
     def solve(place: int, row: int) -> None:
         observed.reason[place] = impossible[row] or reasons.get(row, "")
         if not observed.reason[place]:
-            of_design = variants[joint_of[row]], values[place]
-            _observe(observed, place, *of_design, window, sizes, converged=with_harmonics[row])
+            how = variants[joint_of[row]], values[place], window, sizes
+            number = int(highest[row])
+            _observe(observed, place, *how, harmonics=number, error_bars=error_bars)
 
     _solve_each(solve, chunk, threads, impossible.size)
     if converged_designs is None:
         return observed.dataset()
-    return observed.dataset().assign(is_predicted=is_predicted(designs, with_harmonics, chunk))
+    tried = highest[chunk.start : chunk.stop] > 0
+    lost = tried & np.isnan(observed.by_harmonics[:, :, 0, 0]).any(axis=1)
+    predicted = is_predicted(designs, converged_designs, chunk)
+    # what was not found is not told by others
+    return observed.dataset().assign(is_predicted=predicted.copy(data=predicted & ~lost))
 
 
 def _possible_joints(variants: Sequence[SweptJoint | ImpossibleJoint]) -> list[SweptJoint]:
@@ -284,8 +208,11 @@ def check_designs(
     number: int,
     seed: int = 0,
     threads: int = 1,
+    *,
+    error_bars: bool = True,
+    converged_designs: Mapping[int, int] | None = None,
 ) -> xr.Dataset:
-    """Peaks of some designs of a sweep in a larger model, with all harmonics.
+    """Peaks of some designs of a sweep in a larger model.
 
     Parameters
     ----------
@@ -294,11 +221,12 @@ def check_designs(
     designs
         All designs of the sweep (``list_designs``).
     number
-        How many of the possible ones are drawn at random; all, if there are not more.
+        How many are drawn at random of those that the sweep solves with most harmonics; all, if
+        there are not more.
     seed
         Seed of the random numbers.
-    threads
-        Designs solved at the same time.
+    threads, error_bars, converged_designs
+        As for ``solve_designs``.
 
     Returns
     -------
@@ -315,11 +243,12 @@ def check_designs(
     checks.instance("designs", designs, xr.Dataset)
     checks.whole("number", number, at_least=1)
     checks.whole("seed", seed, at_least=0)
-    possible = np.flatnonzero(designs["reason"].to_numpy() == "")
+    highest = harmonics_of_designs(designs, converged_designs)
+    solved = np.flatnonzero(highest == highest.max())
     random = np.random.default_rng(seed)
-    rows = np.sort(random.choice(possible, min(number, possible.size), replace=False))
-    drawn = designs.isel(design=rows)
-    peaks = solve_designs(variants, drawn, range(rows.size), threads, converged=True)
+    rows = np.sort(random.choice(solved, min(number, solved.size), replace=False))
+    drawn, every = designs.isel(design=rows), range(rows.size)
+    peaks = solve_designs(variants, drawn, every, threads, converged=True, error_bars=error_bars)
     row = quantity("checked", rows, "1", "number of the design, from 0")
     of_model = xr.concat([joint.errors for joint in _possible_joints(variants)], "variant")
     # not known of one, not known of all

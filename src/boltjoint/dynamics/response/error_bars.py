@@ -36,6 +36,16 @@ class ConvergedPeak(NamedTuple):
         last = self.sequence.peaks[-1]
         return last.frequency, last.amplitude, last.harmonics
 
+    @property
+    def extrapolated(self) -> "ConvergedPeak":
+        """The same with the truncation error that the last change of the sequence tells.
+
+        Not a number with fewer than two changes.
+        """
+        frequency, amplitude = self.sequence.extrapolated_change.tolist()
+        known = len(self.sequence.peaks) > 2
+        return self._replace(truncation_error=(frequency, amplitude) if known else (np.nan, np.nan))
+
 
 def add_converged_peaks(response: xr.Dataset, converged: xr.Dataset) -> xr.Dataset:
     """A response with the converged peaks of its joint, their error bars and those of its own.

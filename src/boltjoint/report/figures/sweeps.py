@@ -20,7 +20,7 @@ from boltjoint.report.figures.style import (
     label_decades,
     level_colours,
 )
-from boltjoint.study.solved_designs import peak_variable
+from boltjoint.study.errors_of_sweep import peak_variable
 from boltjoint.study.tables.sweeps import (
     backbone_quantiles,
     response_quantiles,

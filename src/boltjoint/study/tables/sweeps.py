@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.study.designs import places_of, varied
-from boltjoint.study.solved_designs import errors_by_level, peak_variable
+from boltjoint.study.errors_of_sweep import errors_by_level, peak_variable
 
 #: what is told of each design and level, by the columns of the tables, and the factor of its unit
 _OBSERVED = {"peak_frequency_Hz": ("frequency", 1.0), "peak_mm": ("amplitude", 1e3)}

@@ -19,13 +19,14 @@ from markupsafe import Markup
 from matplotlib.colors import to_hex
 from numpy.typing import NDArray
 
-from boltjoint.config.sweep import Sweep
+from boltjoint.config.sweep import Sweep, words_of_harmonics
+from boltjoint.dynamics.response.branch import ErrorLimits
 from boltjoint.number_format import number
 from boltjoint.report.figures.style import MM
 from boltjoint.report.pages.document import TEMPLATES, pack
 from boltjoint.structure.model_limits import LIMITS
 from boltjoint.study import layout
-from boltjoint.study.solved_designs import error_of_sweep, peak_variable
+from boltjoint.study.errors_of_sweep import error_of_sweep, peak_variable
 from boltjoint.study.stage_inputs import Results
 from boltjoint.study.tables.html import html_table
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
@@ -293,6 +294,7 @@ def sweep_page(
     indices: pd.DataFrame | None = None,
     *,
     reported: bool = True,
+    largest_error: float = ErrorLimits.of_peak,
     limits: Limits = DEFAULT_LIMITS,
 ) -> str:
     """The interactive page of a sweep.
@@ -307,6 +309,8 @@ def sweep_page(
         As ``tabulate_sensitivity`` returns them; None of designs that have none.
     reported
         Whether the report has a page of its base case, to which it links.
+    largest_error
+        Relative error of amplitudes beyond which the page says that they are too far off.
     limits
         How much the page holds.
     """
@@ -326,8 +330,11 @@ def sweep_page(
         basis=sweep.basis,
         error=error_of_sweep(content),
         harmonics=sweep.harmonics_in_words,
+        largest_error=largest_error,
         is_predicted="is_predicted" in content,
         check=sweep.check,
+        check_harmonics=words_of_harmonics(sweep.check.harmonics) if sweep.check else "",
+        has_bars=sweep.error_bars,
         percent=lambda share: number(100 * share, 2),
         sweep=data,
         designs=content["reason"].size,
