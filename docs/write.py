@@ -31,7 +31,7 @@ FIGURES = {
     "README": ("response_three_bolt_constant_enriched-40_node-to-node_linear_resonance=1",),
     "accuracy": ("reductions", "sampling"),
     "sweeps": (
-        "sweep_bands_three_bolt_variable_three_bolt_uncertainty",
+        "sweep_peaks_three_bolt_variable_three_bolt_uncertainty",
         "sweep_backbones_three_bolt_constant_three_bolt_loosened",
         "sweep_backbones_three_bolt_constant_three_bolt_pitch_and_lap",
     ),
