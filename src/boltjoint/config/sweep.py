@@ -197,15 +197,11 @@ class Sweep(Entry):
     def _conflicts_of_converged(self) -> Problems:
         """What speaks against the numbers of designs that are solved with all harmonics."""
         least, path = LEAST_BY_VARIABLE * (len(self.vary) + 2), ("converged_designs",)
-        if isinstance(self.converged_designs, tuple):
-            tiers = [each.harmonics for each in self.converged_designs]
-            numbers = [each.number for each in self.converged_designs]
-        else:
-            tiers, numbers = [self.harmonics], [self.converged_designs or 0]
+        tiers, numbers = zip(*self._tiers, strict=True)
         within = [number for number in CONVERGING if number <= self.harmonics]
         if "converged-peaks" not in self.observe:
             yield path, "must not be given without converged-peaks in observe"
-        elif tiers != within[-len(tiers) :]:
+        elif list(tiers) != within[-len(tiers) :]:
             yield path, f"must ascend to the harmonics of the sweep, {self.harmonics}, one by one"
         elif any(more < fewer for more, fewer in pairwise(numbers)):
             yield path, "must not have more designs with more harmonics"
@@ -253,11 +249,14 @@ class Sweep(Entry):
     @property
     def designs_by_harmonics(self) -> dict[int, int] | None:
         """Designs whose peaks are solved, by the highest harmonic; None where all are with all."""
-        if self.converged_designs is None:
-            return None
+        return dict(self._tiers) or None
+
+    @property
+    def _tiers(self) -> list[tuple[int, int]]:
+        """Highest harmonic and number of designs, as they are given."""
         if isinstance(self.converged_designs, int):
-            return {self.harmonics: self.converged_designs}
-        return {each.harmonics: each.number for each in self.converged_designs}
+            return [(self.harmonics, self.converged_designs)]
+        return [(each.harmonics, each.number) for each in self.converged_designs or ()]
 
     @property
     def harmonics_in_words(self) -> str:

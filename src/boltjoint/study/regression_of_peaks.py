@@ -27,10 +27,10 @@ from boltjoint.dataset import quantity
 from boltjoint.options import CONVERGING
 from boltjoint.structure.model_limits import LIMITS
 from boltjoint.study.designs import varied
+from boltjoint.study.errors_of_sweep import QUANTITIES
 
 Array = NDArray[np.float64]
 
-_QUANTITIES = "frequency", "amplitude"
 _SEED = 1
 #: parts of the solved designs, each of which is predicted by the others
 _FOLDS = 5
@@ -100,11 +100,13 @@ def harmonics_of_designs(
     return highest
 
 
-def is_predicted(designs: xr.Dataset, numbers: Mapping[int, int], chunk: range) -> xr.Variable:
-    """Which designs of a chunk are possible and not among those with most harmonics."""
+def is_predicted(designs: xr.Dataset, highest: NDArray[np.int64], chunk: range) -> xr.Variable:
+    """Which designs of a chunk are possible and not among those with most harmonics.
+
+    ``highest``: as from ``harmonics_of_designs``.
+    """
     possible = designs["reason"].to_numpy() == ""
-    solved = harmonics_of_designs(designs, numbers) == max(numbers)
-    rows = (possible & ~solved)[chunk.start : chunk.stop].astype(np.int8)
+    rows = (possible & (highest < highest.max()))[chunk.start : chunk.stop].astype(np.int8)
     meaning = "1 where peaks with all harmonics follow from those of other designs"
     return quantity("design", rows, "1", meaning)
 
@@ -134,19 +136,21 @@ def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Datas
     """
     checks.instance("sweep", sweep, xr.Dataset)
     along = "design", "force"
-    single = {what: sweep[f"peak_{what}"].transpose(*along) for what in _QUANTITIES}
+    single = {what: sweep[f"peak_{what}"].transpose(*along) for what in QUANTITIES}
     solved = {
         what: sweep[f"harmonic_peak_{what}"].transpose(*along, "harmonics").to_numpy()
-        for what in _QUANTITIES
+        for what in QUANTITIES
     }
-    names = {what: f"peak_{what}_converged" for what in _QUANTITIES}
+    names = {what: f"peak_{what}_converged" for what in QUANTITIES}
     peaks = {what: sweep[name].transpose(*along).copy() for what, name in names.items()}
     predicted = sweep["is_predicted"].to_numpy().astype(bool)
-    errors = {what: np.full(sweep.sizes["force"], np.nan) for what in _QUANTITIES}
+    errors = {what: np.full(sweep.sizes["force"], np.nan) for what in QUANTITIES}
     of_design = [_scaled(column) for column in values]
     for level in range(sweep.sizes["force"]):
-        single_peaks = {what: peak.to_numpy()[:, level] for what, peak in single.items()}
-        of_level = {what: each[:, level] for what, each in solved.items()}
+        single_peaks: dict[str, Array] = {
+            what: peak.to_numpy()[:, level] for what, peak in single.items()
+        }
+        of_level: dict[str, Array] = {what: each[:, level] for what, each in solved.items()}
         try:
             found, within = _with_more_harmonics(of_design, single_peaks, of_level)
         except _TooFew as error:

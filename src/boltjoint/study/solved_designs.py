@@ -175,7 +175,7 @@ def solve_designs(
         return observed.dataset()
     tried = highest[chunk.start : chunk.stop] > 0
     lost = tried & np.isnan(observed.by_harmonics[:, :, 0, 0]).any(axis=1)
-    predicted = is_predicted(designs, converged_designs, chunk)
+    predicted = is_predicted(designs, highest, chunk)
     # what was not found is not told by others
     return observed.dataset().assign(is_predicted=predicted.copy(data=predicted & ~lost))
 
