@@ -1,7 +1,5 @@
 """Sweeps: each design is what it is as a case of its own; impossible ones are named."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,6 +17,7 @@ from boltjoint.dynamics.response.error_bars import ConvergedPeak, add_converged_
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits, add_limits
+from boltjoint.dynamics.response.methods import LinearModes
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.derived import rescale_contact
@@ -27,7 +26,6 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import DISPLACEMENT, LIMITS, STRESS
-from boltjoint.study import designs as designs_of_sweeps
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.errors_of_sweep import error_of_sweep
 from boltjoint.study.solved_designs import (
@@ -39,7 +37,6 @@ from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_statistics
 
 GRID = Grid(kind="grid")
-_RESPONSES = designs_of_sweeps._responses
 #: of the peaks with all harmonics
 CONVERGED = (
     "peak_frequency_converged",
@@ -156,19 +153,20 @@ def test_each_response_has_the_whole_grid(stiffness):
     assert np.isfinite(found["response_amplitude"]).all()
 
 
-def test_a_peak_that_long_steps_do_not_lead_to_is_found_with_others(problem, monkeypatch):
-    solved = []
-
-    def responses(case, joint, window, control):
-        solved.append(control.largest_step)
-        branches = _RESPONSES(case, joint, window, control)
-        return [replace(one, complete=len(solved) > 1) for one in branches]
-
-    monkeypatch.setattr(designs_of_sweeps, "_responses", responses)
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_responses_that_end_behind_their_peaks_have_those_of_whole_ones(law, monkeypatch):
+    content = base(law)
+    problem = SweptJoint(content, joints(Case.model_validate(content)))
     values = {"preload_N": 1200.0}
-    _, branches = problem.solve(values)
-    assert solved == [8 * StepControl().largest_step, StepControl().largest_step]
-    assert all(branch.complete for branch in branches)
+    _, ended = problem.solve(values)
+    monkeypatch.setattr(LinearModes, "to_peak", lambda self, task, force: None)
+    _, whole = problem.solve(values)
+    for short, long in zip(ended, whole, strict=True):
+        assert short.complete and long.complete
+        assert short.amplitude[-1] > 0.5 * short.peak_amplitude > long.amplitude[-1]
+        assert short.frequency.size < long.frequency.size / 2
+        np.testing.assert_allclose(short.peak_frequency, long.peak_frequency, rtol=1e-9)
+        np.testing.assert_allclose(short.peak_amplitude, long.peak_amplitude, rtol=1e-9)
 
 
 def test_designs_whose_harmonics_were_not_found_are_not_predicted(problem, monkeypatch):

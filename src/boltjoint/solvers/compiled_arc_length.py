@@ -208,7 +208,14 @@ def _with_more_room(
     return more, at, of_more, of_located
 
 
-def follow(system: System, start: Vector, window: tuple[float, float], limits: Limits) -> Path:
+def follow(
+    system: System,
+    start: Vector,
+    window: tuple[float, float],
+    limits: Limits,
+    at_peak: Limits | None = None,
+    falls_to: float = 0.0,
+) -> Path:
     """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
 
     Parameters
@@ -221,9 +228,14 @@ def follow(system: System, start: Vector, window: tuple[float, float], limits: L
         Parameter where the branch starts and where it ends.
     limits
         Step lengths, tolerances and scales.
+    at_peak
+        Those with which maxima are located; the same by default.
+    falls_to
+        Part of the highest located maximum below which the branch is at its end.
     """
     n = start.size
-    return _follow(system, start, window, limits, make_work(n), *(make_place(n) for _ in range(3)))
+    work, places = make_work(n), (make_place(n) for _ in range(3))
+    return _follow(system, start, window, limits, at_peak or limits, falls_to, work, *places)
 
 
 @kept_loop
@@ -232,6 +244,8 @@ def _follow(
     start: Vector,
     window: tuple[float, float],
     limits: Limits,
+    at_peak: Limits,
+    falls_to: float,
     work: Work,
     here: Place,
     ahead: Place,
@@ -259,7 +273,7 @@ def _follow(
     orientation = here.numbers[ORIENTATION]
     # of the last two solutions, and of the maximum between them
     value = before = here.numbers[VALUE]
-    last_highest = -np.inf
+    last_highest = of_all = -np.inf
     finished = False
     while not finished and accepted < limits.maximum_solutions:
         step_iterations, length = _advance(system, here, length, limits, work, ahead)
@@ -278,7 +292,7 @@ def _follow(
             xs, ps, iterations, located = _with_more_room(xs, ps, iterations, located)
         highest = -np.inf
         if here.numbers[SLOPE] > 0 and ahead.numbers[SLOPE] <= 0:
-            iterations[count] = _locate(system, here, length, limits, work, peak)
+            iterations[count] = _locate(system, here, length, at_peak, work, peak)
             if iterations[count] < 0:
                 break
             if (peak.numbers[P] - end) * sense < 0:
@@ -307,7 +321,9 @@ def _follow(
         if accepted > 2 and is_highest and max(last_highest, highest) < before:
             finished = False  # a maximum that the slope does not show
             break
-        last_highest = highest
+        last_highest, of_all = highest, max(of_all, highest)
+        if value < falls_to * of_all:
+            finished = True
         effort = (limits.target_iterations + 1) / (step_iterations + 1)
         length = min(length * min(max(effort, 0.5), 2.0), limits.largest_step)
         here, ahead = ahead, here

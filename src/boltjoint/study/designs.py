@@ -27,7 +27,7 @@ from boltjoint.dynamics.response.frequency_response import as_method
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
-from boltjoint.dynamics.response.methods import Problem
+from boltjoint.dynamics.response.methods import LinearModes, Problem
 from boltjoint.dynamics.response.windows import Resonance, WindowMargins, frequency_window
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
@@ -48,7 +48,7 @@ Value = TypeVar("Value")
 #: located between solutions, and the same
 _STEPS_TO_PEAK = 8.0
 #: window of such a branch: no peak of a lightly damped joint leaves the range of its resonance
-_AROUND_PEAK = WindowMargins(below=0.97, above=1.02)
+_AROUND_PEAK = WindowMargins(below=0.99, above=1.02)
 
 _ONE_JOINT: tuple[Mapping[str, Any], ...] = ({"values": {}, "reason": ""},)
 
@@ -193,15 +193,14 @@ def _rescaled(of_keys: Mapping[str, Value]) -> dict[str, Value]:
 Array = NDArray[np.float64]
 
 
-def _responses(
+def _problem(
     case: Case, joint: Joint, window: tuple[float, float], control: StepControl
-) -> list["Branch"]:
-    """Responses of a joint at the levels of a case."""
+) -> Problem:
+    """The resonance of a case, of a joint that is excited there."""
     resonance = Resonance(case.solve[0].resonance, window)
     problem = Problem.of(joint, case.structural_damping, resonance, control)
     joint.check_excitation(problem.resonance)
-    method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
-    return [method.solve(problem, level) for level in case.levels]
+    return problem
 
 
 def _to_peak(control: StepControl) -> StepControl:
@@ -272,18 +271,21 @@ class SweptJoint:
         values
             Values of the keys that vary.
         window
-            Frequencies [Hz] of responses that are kept. By default peaks are, in a window of the
-            design, with longer steps where these lead across it.
+            Frequencies [Hz] of responses that are kept. By default peaks are, of responses that end
+            behind them where their course is regular.
         """
         case = self._case(values)
         joints = self._joints(case)
         joint, control = self._solved(joints), self.control or StepControl()
-        if window is None and case.coordinates[0] == "linear":
-            peaks = _responses(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
-            if all(branch.complete and branch.peak is not None for branch in peaks):
-                return joint, peaks
-        window = window or self._window(joints, WindowMargins())
-        return joint, _responses(case, joint, window, control)
+        method = as_method(str(case.coordinates[0]))
+        if window is None and isinstance(method, LinearModes):
+            to_peak = _problem(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
+            peaks = [method.to_peak(to_peak, level) for level in case.levels]
+            if all(peak is not None for peak in peaks):
+                return joint, [peak for peak in peaks if peak is not None]
+        problem = _problem(case, joint, window or self._window(joints, WindowMargins()), control)
+        method = method.prepared(problem, case.levels)
+        return joint, [method.solve(problem, level) for level in case.levels]
 
     def converge(
         self,

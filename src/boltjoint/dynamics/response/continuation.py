@@ -5,6 +5,7 @@ load stepping (homotopy in the force); one that does not cross the window is sta
 """
 
 from copy import copy
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -15,7 +16,7 @@ from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.solvers import arc_length, lagged_continuation
 from boltjoint.solvers.arc_length import Prediction
-from boltjoint.solvers.compiled_arc_length import follow
+from boltjoint.solvers.compiled_arc_length import Path, follow
 from boltjoint.solvers.compiled_steps import Limits
 from boltjoint.solvers.equations import Equations, LazyJacobian, SolutionBranch
 from boltjoint.solvers.lagged_basis import BasisPrediction, LaggedEquations
@@ -27,6 +28,11 @@ _STARTS_INSIDE = (0.5, 0.25, 0.75)
 
 #: factor by which steps are shorter where a branch crosses the window from none of its starts
 _SHORTER_STEPS = 4.0
+
+#: residual on the way to a peak, over the force: solutions within a thousandth of their amplitude
+_TOLERANCE_TO_PEAK = 1e-3
+#: part of its peak to which a response has fallen where nothing higher is behind
+_FALLS_TO = 0.9
 
 #: load factors at which load stepping begins, until little slips and the corrector converges
 _LOAD_FACTORS = (1e-3, 1e-6, 1e-9)
@@ -120,9 +126,9 @@ class Continuation:
             full._equations, full._prediction = self._full, None
             other = full.across(window, start)
             return other if other.complete else branch
-        regular = self._follow_compiled(window, start)
-        if regular is not None:
-            return regular
+        path = self._follow_compiled(window, start, self._control)
+        if path is not None and path.complete:
+            return path.branch()
         branch = self._from_starts(window, start)
         if branch.complete:
             return branch
@@ -176,24 +182,40 @@ class Continuation:
             begin=begin,
         )
 
+    def to_peak(self, window: tuple[float, float]) -> SolutionBranch | None:
+        """Branch from the lower end of a window [rad/s] to a little behind its peak.
+
+        Only the peak is within the tolerance. None where the branch has no such course.
+        """
+        rough = replace(self._control, tolerance=max(self._control.tolerance, _TOLERANCE_TO_PEAK))
+        path = self._follow_compiled(window, None, rough, _FALLS_TO)
+        return path.branch() if path is not None and path.complete else None
+
     def _follow_compiled(
-        self, window: tuple[float, float], start: NDArray[np.float64] | None
-    ) -> SolutionBranch | None:
-        """The branch where it takes its regular course, and has a compiled system."""
+        self,
+        window: tuple[float, float],
+        start: NDArray[np.float64] | None,
+        control: StepControl,
+        falls_to: float = 0.0,
+    ) -> Path | None:
+        """The path of a regular course, where there is a compiled system."""
         system = self._equations.compiled_system()
         if system is None:
             return None
-        limits = Limits.of(
-            self._control,
-            self._equations.residual_scale,
-            self._largest_scale,
-            self._control.parameter_scale,
+        limits, at_peak = (
+            Limits.of(
+                each,
+                self._equations.residual_scale,
+                self._largest_scale,
+                each.parameter_scale,
+            )
+            for each in (control, self._control)
         )
         guess = self._balance.stuck_solution(window[0]) if start is None else start
-        path = follow(system, guess, window, limits)
+        path = follow(system, guess, window, limits, at_peak, falls_to)
         if path.size == 0 and start is None:
-            path = follow(system, self._start(window[0]), window, limits)
-        return path.branch() if path.complete else None
+            path = follow(system, self._start(window[0]), window, limits, at_peak, falls_to)
+        return path
 
     def _scale(self, w: float) -> float:
         return min(self._largest_scale, self._control.parameter_scale * w)

@@ -147,13 +147,18 @@ class _Followed(Method):
     ) -> Branch:
         """As of ``Method``."""
         joint, window = problem.joint, problem.window
-        balance = HarmonicBalance(joint.distinct, problem.damping, force)
-        equations, output = self.formulate(balance, problem.resonance), OutputPoint(balance)
         whole = window if start is None else frequency_window(joint, resonance=problem.resonance)
-        continuation = Continuation(equations, balance, problem.control, output, whole)
+        equations, continuation = self._continuation(problem, force, whole)
         low, high = (2 * np.pi * f for f in window)
-        path = continuation.across((low, high), start)
-        return _branch(force, path, output, equations)
+        return _branch(force, continuation.across((low, high), start), equations)
+
+    def _continuation(
+        self, problem: Problem, force: float, window: tuple[float, float]
+    ) -> tuple[BalanceEquations, Continuation]:
+        """Equations of the response to a force, and its continuation with steps for a window."""
+        balance = HarmonicBalance(problem.joint.distinct, problem.damping, force)
+        equations, output = self.formulate(balance, problem.resonance), OutputPoint(balance)
+        return equations, Continuation(equations, balance, problem.control, output, window)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -180,6 +185,17 @@ class LinearModes(_Followed):
         """As of any method that follows the balance."""
         balance.joint.check_resonance(resonance)
         return BalanceEquations(balance, self.jacobian)
+
+    def to_peak(self, problem: Problem, force: float) -> Branch | None:
+        """The response to a force up to a little behind its first peak, which alone is exact.
+
+        That is the highest where no other follows after the response has fallen. None where it
+        takes no regular course: then ``solve`` finds it.
+        """
+        equations, continuation = self._continuation(problem, force, problem.window)
+        low, high = (2 * np.pi * f for f in problem.window)
+        path = continuation.to_peak((low, high))
+        return None if path is None else _branch(force, path, equations)
 
 
 @dataclass(frozen=True)
@@ -236,9 +252,7 @@ class ResponseDependentModes(_Followed):
         return SelfConsistentRDNM(balance, *modes)
 
 
-def _branch(
-    force: float, path: SolutionBranch, output: OutputPoint, equations: BalanceEquations
-) -> Branch:
+def _branch(force: float, path: SolutionBranch, equations: BalanceEquations) -> Branch:
     """Branch from the solutions of a continuation."""
 
     def along(name: str) -> NDArray:
@@ -249,7 +263,7 @@ def _branch(
         force=force,
         frequency=along("p") / (2 * np.pi),
         modal_coordinate=x,
-        amplitude=output.amplitudes(x),
+        amplitude=OutputPoint(equations.balance).amplitudes(x),
         iterations=along("iterations"),
         converged=along("converged"),
         located=along("located"),
