@@ -76,6 +76,19 @@ def test_more_harmonics_change_a_converged_peak_by_less_than_its_truncation_erro
     assert error[1] > 2 * error[0]
 
 
+def test_a_motion_at_the_phase_of_few_harmonics_stands_for_a_peak(either, with_many):
+    joint, response = either
+    options = HarmonicConvergence(amplitude_tolerance=1e-9)
+    for force, best in zip(FORCES, with_many, strict=True):
+        near = joint, *motion_at_peak(response, force), force, LOSS, options
+        *_, peak = converge_peak(*near, at_one_phase=True).peaks
+        assert peak.harmonics == 33
+        np.testing.assert_allclose(peak.frequency, best.frequency, rtol=2e-4)
+        amplitude = abs(best.motion.amplitude(joint.response_mode))
+        np.testing.assert_allclose(peak.amplitude, amplitude, rtol=1e-3)
+        assert peak.located is None
+
+
 def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     joint, response = either
     frequency, motion = motion_at_peak(response, 5.0)

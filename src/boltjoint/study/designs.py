@@ -298,7 +298,8 @@ class SweptJoint:
     ) -> list[ConvergedPeak]:
         """The peaks of a design with harmonics up to the highest, from its responses.
 
-        Without error bars their truncation errors are extrapolated from the last change.
+        Without error bars they have one phase, that of the peak with three harmonics, and their
+        truncation errors are extrapolated from the last change.
         """
         options = self.harmonics.up_to(highest)
         damping = self._case(values).structural_damping
@@ -309,7 +310,8 @@ class SweptJoint:
                 peaks.append(ConvergedPeak())
                 continue
             at = float(branch.frequency[branch.peak]), _motion_at(branch, branch.peak, joint)
-            peak = find_converged_peak(joint, *at, branch.force, damping, options, left_out)
+            solved = joint, *at, branch.force, damping, options, left_out
+            peak = find_converged_peak(*solved, at_one_phase=not error_bars)
             peaks.append(peak if error_bars else peak.extrapolated)
         return peaks
 

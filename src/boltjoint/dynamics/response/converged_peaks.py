@@ -130,6 +130,8 @@ def find_converged_peak(
     damping: Damping | float,
     options: HarmonicConvergence = HarmonicConvergence(),
     left_out: LeftOutHarmonics | None = LeftOutHarmonics(),
+    *,
+    at_one_phase: bool = False,
 ) -> ConvergedPeak:
     """The peaks as of ``converge_peak``, with the truncation errors of the last.
 
@@ -141,6 +143,8 @@ def find_converged_peak(
         As for ``converge_peak``.
     left_out
         How truncation errors are estimated; not with None.
+    at_one_phase
+        As for ``converge_peak``, where no truncation errors are estimated.
 
     Returns
     -------
@@ -151,7 +155,8 @@ def find_converged_peak(
     if not isinstance(joint.law, ElementLaw):
         return ConvergedPeak()
     joint = joint.distinct
-    sequence = converge_peak(joint, frequency, motion, force, damping, options)
+    near = joint, frequency, motion, force, damping, options
+    sequence = converge_peak(*near, at_one_phase=at_one_phase and left_out is None)
     peak = ConvergedPeak(sequence) if left_out is None else _judge(sequence, left_out)
     # motions at other phases, and their factors, have served
     return peak._replace(sequence=sequence._replace(resonance=None))
