@@ -18,7 +18,6 @@ from boltjoint.calibration.forked_map import forked_map
 from boltjoint.config.study import load_study
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.joint.io import joint_from_dataset
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.study import layout
 from boltjoint.study.artefact_list import Contents
@@ -56,12 +55,10 @@ def main() -> None:
     harmonics = HarmonicConvergence(**study.solver.harmonic_convergence).up_to(check.harmonics)
     control, base = StepControl(**study.solver.steps), study.base_of_sweep(name, checking=True)
     variants = [
-        SweptJoint(
+        SweptJoint.of_datasets(
             with_values(base, variant.values),
-            [joint_from_dataset(dataset.load(ROOT / file)) for file in files],
-            study.solver.sampling,
-            control,
-            harmonics,
+            [dataset.load(ROOT / file) for file in files],
+            *(study.solver.sampling, control, harmonics),
         )
         for variant, files in zip(
             study.possible_variants(name),

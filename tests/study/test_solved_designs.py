@@ -1,5 +1,7 @@
 """Sweeps: each design is what it is as a case of its own; impossible ones are named."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -19,6 +21,7 @@ from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits, add_limits
 from boltjoint.dynamics.response.methods import LinearModes
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
+from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.registry import LAWS
 from boltjoint.joint.derived import rescale_contact
 from boltjoint.joint.io import ImpossibleJoint, model_errors
@@ -537,6 +540,25 @@ def test_backbones_are_those_of_the_designs(problem):
         largest = StepControl().curve_tolerance * np.ptp(whole["natural_frequency"].to_numpy())
         of_design = found["natural_frequency"][row, inside.to_numpy()]
         np.testing.assert_allclose(of_design, curve, rtol=0, atol=largest)
+
+
+def test_backbones_have_the_harmonics_of_the_study(problem):
+    designs = list_designs({"preload_N": (500.0, 1000.0)}, GRID, problem.case)
+    with_three = replace(problem, sampling={"harmonics": 3, "samples": 128})
+    range_of = {"amplitudes": 4, "between": (1e-5, 1e-3)}
+    one, three = (
+        solve_designs([each], designs, range(2), **range_of)["damping_ratio"].to_numpy()
+        for each in (problem, with_three)
+    )
+    joint = with_three.joints[-1]
+    law = AlternatingFrequencyTime(joint.law, harmonics=3, samples=128)
+    amplitudes = np.geomspace(1e-5, 1e-3, 4)
+    _, damping = backbone_at(
+        replace(joint, law=law), amplitudes, damping=problem.base.structural_damping
+    )
+    # the second design is the base case
+    np.testing.assert_allclose(three[1], damping, rtol=1e-7)
+    assert abs(three / one - 1).max() > 0.005
 
 
 def test_backbones_go_up_to_the_largest_peak_of_the_base_case(problem):

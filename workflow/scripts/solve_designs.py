@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from boltjoint import dataset
 from boltjoint.config.varied_case import with_values
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
-from boltjoint.dynamics.response.limits_at_peaks import KnownLimits
-from boltjoint.joint.io import ImpossibleJoint, joint_from_dataset, model_errors
+from boltjoint.joint.io import ImpossibleJoint
 from boltjoint.provenance import logs
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.study.designs import SweptJoint
@@ -15,19 +14,17 @@ from boltjoint.study.solved_designs import check_designs, solve_designs
 logs.write_to(snakemake.log[0])
 params, files = snakemake.params, iter(snakemake.input.joints)
 harmonics = HarmonicConvergence(**params.harmonics).up_to(params.highest)
+control = StepControl(**params.steps)
 
 
 def variant(values: Mapping[str, float], number: int) -> SweptJoint | ImpossibleJoint:
     """The joints of a variant, or why they are impossible."""
-    stored = [dataset.load(next(files)) for _ in range(number)]
+    case, joints = with_values(params.case, values), [next(files) for _ in range(number)]
+    stored = [dataset.load(joint) for joint in joints]
     try:
-        joints = [joint_from_dataset(joint) for joint in stored]
+        return SweptJoint.of_datasets(case, stored, params.sampling, control, harmonics)
     except ImpossibleJoint as error:
         return error
-    case, control = with_values(params.case, values), StepControl(**params.steps)
-    # of the node-to-node joint: all of them have its modes
-    limits, errors = KnownLimits.of(stored[0]), model_errors(stored[-1])
-    return SweptJoint(case, joints, params.sampling, control, harmonics, limits, errors)
 
 
 variants = [variant(each["values"], each["joints"]) for each in params.variants]

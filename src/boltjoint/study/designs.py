@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -32,7 +32,7 @@ from boltjoint.dynamics.response.windows import Resonance, WindowMargins, freque
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.derived import rescale_contact
-from boltjoint.joint.io import model_errors
+from boltjoint.joint.io import joint_from_dataset, model_errors
 from boltjoint.joint.model import Joint
 from boltjoint.options import CONVERGING
 from boltjoint.solvers.step_control import StepControl
@@ -246,6 +246,27 @@ class SweptJoint:
     harmonics: HarmonicConvergence = HarmonicConvergence()
     limits: KnownLimits = KnownLimits()
     errors: xr.Dataset = field(default_factory=lambda: model_errors(xr.Dataset()))
+
+    @classmethod
+    def of_datasets(
+        cls,
+        case: Mapping[str, Any],
+        joints: Sequence[xr.Dataset],
+        sampling: Mapping[str, int] | None,
+        control: StepControl,
+        harmonics: HarmonicConvergence,
+    ) -> Self:
+        """The joint of a sweep by its ``joint.nc``, node to node first, as for the class.
+
+        Raises
+        ------
+        ImpossibleJoint
+            If one of them is impossible.
+        """
+        loaded = [joint_from_dataset(joint) for joint in joints]
+        # of the node-to-node joint: all of them have its modes
+        limits, errors = KnownLimits.of(joints[0]), model_errors(joints[-1])
+        return cls(case, loaded, sampling, control, harmonics, limits, errors)
 
     @cached_property
     def base(self) -> Case:
