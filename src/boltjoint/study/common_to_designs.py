@@ -261,6 +261,7 @@ class ObservedDesigns:
         self.peak = np.full((designs, levels, 2), np.nan)
         self.complete = np.zeros((designs, levels), dtype=np.int8)
         self.reason = np.full(designs, "", dtype=object)
+        self.slip_force = np.full(designs, np.nan)
         self.grid, self.sizes = grid, sizes
         self.backbone = np.full((designs, 1 if sizes is None else sizes.size, 2), np.nan)
         self.response = np.full((designs, levels, 1 if grid is None else grid.size), np.nan)
@@ -278,6 +279,7 @@ class ObservedDesigns:
 
     def add(self, place: int, joint: Joint, branches: Sequence["Branch"]) -> None:
         """Keep what is observed of the responses of a design."""
+        self.slip_force[place] = joint.law.slip_force.sum()
         for level, branch in enumerate(branches):
             self.complete[place, level] = branch.complete
             if branch.peak is not None:
@@ -316,8 +318,9 @@ class ObservedDesigns:
         rows: list[Quantity] = [
             ("peak_frequency", along, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
             ("peak_amplitude", along, self.peak[..., 1], "m", "largest maximum of the response"),
-            ("complete", along, self.complete, "1", "1 where the branch crosses the whole window"),
+            ("complete", along, self.complete, "1", "1 where the branch comes to its end"),
             ("reason", "design", self.reason.astype(str), "1", why),
+            ("slip_force", "design", self.slip_force, "N", "friction that all elements can bear"),
         ]
         scale = np.ones(self.complete.shape)
         if self.converged is not None:

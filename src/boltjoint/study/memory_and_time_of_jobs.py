@@ -80,7 +80,7 @@ _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 #: of a peak with all harmonics, and for each element, vector and component of these [s]
 _PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
 #: share of it without error bars, and of a design of which only peaks are kept
-_WITHOUT_BARS, _OF_PEAKS = 0.4, 0.5
+_WITHOUT_BARS, _OF_PEAKS = 0.15, 0.3
 #: of the regression of peaks with all harmonics, by the cube of the designs that have them [s]
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]

@@ -123,7 +123,8 @@ def with_predicted_peaks(sweep: xr.Dataset, values: Iterable[Array]) -> xr.Datas
         By ``design`` and ``force``, with ``is_predicted`` and, by ``harmonics`` too, the peaks
         ``harmonic_peak_frequency`` and ``harmonic_peak_amplitude`` of designs that are solved.
     values
-        Of each quantity that varies, by design.
+        Of each quantity that varies, by design, and what the peaks depend on most: beside the keys
+        of ``three_bolt_uncertainty`` the slip force over the excitation halves the errors.
 
     Returns
     -------

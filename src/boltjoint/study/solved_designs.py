@@ -287,7 +287,9 @@ def gather_sweep(
     names, base = varied(designs), Case.model_validate(case)
     whole = xr.concat(chunks, "design", combine_attrs="override")
     if "is_predicted" in whole:
-        whole = with_predicted_peaks(whole, [designs[name].to_numpy() for name in names])
+        level = designs["force_level"] if "force_level" in names else 1.0
+        values = [designs[name] for name in names] + [whole["slip_force"] / level]
+        whole = with_predicted_peaks(whole, [value.to_numpy() for value in values])
     if check is not None:
         whole = whole.merge(errors_of_check(whole, check))
     # the rest is of the first chunk
