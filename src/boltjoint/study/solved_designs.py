@@ -287,9 +287,11 @@ def gather_sweep(
     names, base = varied(designs), Case.model_validate(case)
     whole = xr.concat(chunks, "design", combine_attrs="override")
     if "is_predicted" in whole:
-        level = designs["force_level"] if "force_level" in names else 1.0
-        values = [designs[name] for name in names] + [whole["slip_force"] / level]
-        whole = with_predicted_peaks(whole, [value.to_numpy() for value in values])
+        by_keys = [designs[name].to_numpy() for name in names]
+        slip_force = whole["slip_force"].to_numpy()
+        if "force_level" in names:
+            slip_force = slip_force / designs["force_level"].to_numpy()
+        whole = with_predicted_peaks(whole, [*by_keys, slip_force])
     if check is not None:
         whole = whole.merge(errors_of_check(whole, check))
     # the rest is of the first chunk
