@@ -185,11 +185,14 @@ class Continuation:
     def to_peak(self, window: tuple[float, float]) -> SolutionBranch | None:
         """Branch from the lower end of a window [rad/s] to a little behind its peak.
 
-        Only the peak is within the tolerance. None where the branch has no such course.
+        Only the peak is within the tolerance. None where the branch has no such course, or no peak.
         """
         rough = replace(self._control, tolerance=max(self._control.tolerance, _TOLERANCE_TO_PEAK))
         path = self._follow_compiled(window, None, rough, _FALLS_TO)
-        return path.branch() if path is not None and path.complete else None
+        if path is None or not path.complete:
+            return None
+        branch = path.branch()
+        return branch if any(solution.located for solution in branch.solutions) else None
 
     def _follow_compiled(
         self,
