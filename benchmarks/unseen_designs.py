@@ -58,7 +58,9 @@ def main() -> None:
         SweptJoint.of_datasets(
             with_values(base, variant.values),
             [dataset.load(ROOT / file) for file in files],
-            *(study.solver.sampling, control, harmonics),
+            study.solver.sampling,
+            control,
+            harmonics,
         )
         for variant, files in zip(
             study.possible_variants(name),

@@ -13,7 +13,7 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response import frequency_response
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
-from boltjoint.dynamics.response.error_bars import add_converged_peaks
+from boltjoint.dynamics.response.error_bars import ConvergedPeak, add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence, converge_peak
 from boltjoint.dynamics.response.left_out_harmonics import (
@@ -81,12 +81,15 @@ def test_a_motion_at_the_phase_of_few_harmonics_stands_for_a_peak(either, with_m
     options = HarmonicConvergence(amplitude_tolerance=1e-9)
     for force, best in zip(FORCES, with_many, strict=True):
         near = joint, *motion_at_peak(response, force), force, LOSS, options
-        *_, peak = converge_peak(*near, at_one_phase=True).peaks
+        sequence = converge_peak(*near, at_one_phase=True)
+        *_, peak = sequence.peaks
         assert peak.harmonics == 33
+        frequency, amplitude = ConvergedPeak(sequence).extrapolated.truncation_error
+        # where the amplitude is rough over the phase, the frequency is off by more than is told
+        assert frequency < 2e-3 and amplitude < 1e-3
         np.testing.assert_allclose(peak.frequency, best.frequency, rtol=2e-4)
-        amplitude = abs(best.motion.amplitude(joint.response_mode))
-        np.testing.assert_allclose(peak.amplitude, amplitude, rtol=1e-3)
-        assert peak.located is None
+        expected = abs(best.motion.amplitude(joint.response_mode))
+        np.testing.assert_allclose(peak.amplitude, expected, rtol=1e-4)
 
 
 def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):

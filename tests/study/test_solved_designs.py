@@ -16,7 +16,7 @@ from boltjoint.config.varied_keys import Quantity
 from boltjoint.dynamics.backbone.backbone import find_backbone
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.error_bars import ConvergedPeak, add_converged_peaks
-from boltjoint.dynamics.response.frequency_response import solve_response
+from boltjoint.dynamics.response.frequency_response import solve_branch, solve_response
 from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.limits_at_peaks import KnownLimits, add_limits
 from boltjoint.dynamics.response.methods import LinearModes
@@ -29,6 +29,7 @@ from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.structure.model_limits import DISPLACEMENT, LIMITS, STRESS
+from boltjoint.study import solved_designs
 from boltjoint.study.designs import SweptJoint, list_designs, values_of
 from boltjoint.study.errors_of_sweep import error_of_sweep
 from boltjoint.study.solved_designs import (
@@ -40,6 +41,7 @@ from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_statistics
 
 GRID = Grid(kind="grid")
+_TO_PEAK = LinearModes.to_peak
 #: of the peaks with all harmonics
 CONVERGED = (
     "peak_frequency_converged",
@@ -166,10 +168,66 @@ def test_responses_that_end_behind_their_peaks_have_those_of_whole_ones(law, mon
     _, whole = problem.solve(values)
     for short, long in zip(ended, whole, strict=True):
         assert short.complete and long.complete
-        assert short.amplitude[-1] > 0.5 * short.peak_amplitude > long.amplitude[-1]
-        assert short.frequency.size < long.frequency.size / 2
+        # a little behind the peak
+        assert 0.9 > short.amplitude[-1] / short.peak_amplitude > 0.5
+        assert short.frequency.size < 0.6 * long.frequency.size
         np.testing.assert_allclose(short.peak_frequency, long.peak_frequency, rtol=1e-9)
         np.testing.assert_allclose(short.peak_amplitude, long.peak_amplitude, rtol=1e-9)
+
+
+def test_a_response_that_may_hold_another_resonance_is_followed_to_its_end():
+    content = base("constant", forces_N=(30.0,))
+    known = joints(Case.model_validate(content))
+    # the second mode is as high without contact as the first in stick, and higher at the output
+    near, scale = np.array([70.0, 90.0, 950.0]), np.array([0.3, 1.0, 1.0])
+    close = [
+        replace(joint, natural_frequency=near, excitation_mode=joint.excitation_mode * scale)
+        for joint in known
+    ]
+    problem = SweptJoint(content, close)
+    joint, (found,) = problem.solve({"preload_N": 1000.0})
+    whole = solve_branch(
+        joint,
+        30.0,
+        damping=problem.base.structural_damping,
+        resonance=Resonance(1, problem.window({})),
+    )
+    highest = {branch.located.sum() for branch in (found, whole)}
+    assert highest == {2}
+    np.testing.assert_allclose(found.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
+
+
+def test_a_level_without_a_regular_course_leaves_the_others_as_they_are(problem, monkeypatch):
+    def to_peak(self, task, force):
+        return None if force == 30.0 else _TO_PEAK(self, task, force)
+
+    _, regular = problem.solve({"preload_N": 1200.0})
+    monkeypatch.setattr(LinearModes, "to_peak", to_peak)
+    _, found = problem.solve({"preload_N": 1200.0})
+    assert found[0].frequency.size == regular[0].frequency.size
+    for one, other in zip(found, regular, strict=True):
+        np.testing.assert_allclose(one.peak_amplitude, other.peak_amplitude, rtol=1e-9)
+    assert found[1].frequency.size > regular[1].frequency.size
+
+
+def test_peaks_are_predicted_by_the_slip_force_over_the_excitation(problem, monkeypatch):
+    taken = []
+
+    def predicted(sweep, values):
+        taken.extend(values)
+        return sweep
+
+    monkeypatch.setattr(solved_designs, "with_predicted_peaks", predicted)
+    vary = {"preload_N": (500.0, 1000.0), "forces_N": (2.0, 4.0)}
+    designs = list_designs(vary, GRID, problem.case)
+    solved = solve_designs([problem], designs, range(4), converged=True, converged_designs={33: 2})
+    gather_sweep(problem.case, designs, [solved], {})
+    *_, ratio = taken
+    np.testing.assert_allclose(ratio / ratio[0], [1.0, 0.5, 2.0, 1.0], rtol=1e-9)
+    # all friction that the base case has
+    (base_case,) = np.flatnonzero(designs["preload"].to_numpy() == 1000.0)[:1]
+    expected = problem.joints[-1].law.slip_force.sum() / 2.0
+    np.testing.assert_allclose(ratio[base_case], expected, rtol=1e-9)
 
 
 def test_designs_whose_harmonics_were_not_found_are_not_predicted(problem, monkeypatch):
@@ -318,10 +376,12 @@ def test_without_error_bars_the_last_change_of_harmonics_is_extrapolated():
         change = abs(peaks[1] / peaks[0] - 1)
         # it falls with the square of the harmonics
         told = check[f"peak_{what}_truncation_error"]
-        np.testing.assert_allclose(told, change / ((17 / 9) ** 2 - 1), rtol=1e-6, atol=1e-12)
+        of_phase = told - change / ((17 / 9) ** 2 - 1)
+        # and what the phase of the peaks is off
+        assert ((of_phase > 0) & (of_phase < 2e-3)).all()
     checked = check_designs([larger], designs, 2, error_bars=False)
     sweep = gather_sweep(content, designs, [solved], {"loss_factor": 2}, checked)
-    off = float(change.max() + told.max())
+    off = float((change + told).max())
     assert 0 < sweep["peak_amplitude_error"].item() == pytest.approx(off, rel=0.05)
 
 

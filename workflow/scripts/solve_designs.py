@@ -19,8 +19,8 @@ control = StepControl(**params.steps)
 
 def variant(values: Mapping[str, float], number: int) -> SweptJoint | ImpossibleJoint:
     """The joints of a variant, or why they are impossible."""
-    case, joints = with_values(params.case, values), [next(files) for _ in range(number)]
-    stored = [dataset.load(joint) for joint in joints]
+    case = with_values(params.case, values)
+    stored = [dataset.load(next(files)) for _ in range(number)]
     try:
         return SweptJoint.of_datasets(case, stored, params.sampling, control, harmonics)
     except ImpossibleJoint as error:

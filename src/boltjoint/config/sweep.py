@@ -141,9 +141,8 @@ class Sweep(Entry):
     error_bars: StrictBool = True
     """Whether error bars of ``converged-peaks`` are estimated, of designs and of those of
     ``check``. They take nine tenths of the time of a peak. Without them what the last harmonics
-    changed, extrapolated, counts in their place, and with more than three harmonics the motion
-    keeps the phase of the peak with three: within 2e-4 of the frequency and 4e-4 of the amplitude
-    in forty designs of ``three_bolt_uncertainty``."""
+    changed, extrapolated, counts in their place, and peaks are located with three harmonics
+    only: their frequencies and amplitudes were up to 6e-4 off for that."""
     converged_designs: NumbersOfConverged | None = None
     """Number of designs, spread over all, whose ``converged-peaks`` are solved, or several numbers
     by their highest harmonic, as 300 up to 9 and 60 of these up to 17. Those of the others follow

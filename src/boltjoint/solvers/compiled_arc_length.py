@@ -42,7 +42,8 @@ _MOST_ITERATIONS = 100
 class Path(NamedTuple):
     """Solutions of a path: the first ``size`` rows of the arrays.
 
-    ``complete``: whether it took its regular course to the far end of the window.
+    ``complete``: whether it took its regular course to its end: that of the window, or behind a
+    maximum (``falls_to``).
     """
 
     x: Matrix
@@ -218,6 +219,8 @@ def follow(
 ) -> Path:
     """Follow a branch from one end of a window to the other, as ``arc_length.trace``.
 
+    Or to where it has fallen behind a maximum.
+
     Parameters
     ----------
     system
@@ -271,9 +274,9 @@ def _follow(
     count = accepted = 1
     length = min(limits.first_step, limits.largest_step)
     orientation = here.numbers[ORIENTATION]
-    # of the last two solutions, and of the maximum between them
+    # of the last two solutions, of the maximum between them, and of the highest one so far
     value = before = here.numbers[VALUE]
-    last_highest = of_all = -np.inf
+    last_highest = highest_of_all = -np.inf
     finished = False
     while not finished and accepted < limits.maximum_solutions:
         step_iterations, length = _advance(system, here, length, limits, work, ahead)
@@ -321,9 +324,8 @@ def _follow(
         if accepted > 2 and is_highest and max(last_highest, highest) < before:
             finished = False  # a maximum that the slope does not show
             break
-        last_highest, of_all = highest, max(of_all, highest)
-        if value < falls_to * of_all:
-            finished = True
+        last_highest, highest_of_all = highest, max(highest_of_all, highest)
+        finished |= value < falls_to * highest_of_all
         effort = (limits.target_iterations + 1) / (step_iterations + 1)
         length = min(length * min(max(effort, 0.5), 2.0), limits.largest_step)
         here, ahead = ahead, here

@@ -89,7 +89,8 @@ class Solution(NamedTuple):
 class SolutionBranch:
     """Solutions along a branch in their order.
 
-    ``complete`` tells whether the far end of the window was reached; if not, ``reason`` says why.
+    ``complete`` tells whether it comes to its end, that of the window or, where no more is wanted,
+    behind a peak; if not, ``reason`` says why.
     """
 
     solutions: list[Solution] = field(default_factory=list)

@@ -239,6 +239,10 @@ def _with_harmonics(sequence: PeakSequence, number: int) -> HarmonicPeak | None:
     return found[-1]
 
 
+_COMPLETE = "1 where the branch ends with its window, or behind its peak"
+_SLIP_FORCE = "slip force of all elements as assembled"
+
+
 class ObservedDesigns:
     """What is kept of the designs of a chunk.
 
@@ -318,9 +322,9 @@ class ObservedDesigns:
         rows: list[Quantity] = [
             ("peak_frequency", along, self.peak[..., 0], "Hz", "frequency of the largest maximum"),
             ("peak_amplitude", along, self.peak[..., 1], "m", "largest maximum of the response"),
-            ("complete", along, self.complete, "1", "1 where the branch comes to its end"),
+            ("complete", along, self.complete, "1", _COMPLETE),
             ("reason", "design", self.reason.astype(str), "1", why),
-            ("slip_force", "design", self.slip_force, "N", "friction that all elements can bear"),
+            ("joint_slip_force", "design", self.slip_force, "N", _SLIP_FORCE),
         ]
         scale = np.ones(self.complete.shape)
         if self.converged is not None:

@@ -209,6 +209,14 @@ def _to_peak(control: StepControl) -> StepControl:
     return replace(longer, peak_tolerance=control.peak_tolerance / _STEPS_TO_PEAK**2)
 
 
+def _peak(method: LinearModes, near: Problem, whole: Problem, level: float) -> "Branch":
+    """A response of which the peak is kept: that behind it, or across a narrow or whole window."""
+    branch = method.to_peak(near, level)
+    if branch is None:
+        branch = method.solve(near, level)
+    return branch if branch.complete and branch.peak is not None else method.solve(whole, level)
+
+
 def _motion_at(branch: "Branch", place: int, joint: Joint) -> PeriodicMotion:
     """The motion of a solution of a branch."""
     components = Components(joint.law.components)
@@ -292,21 +300,19 @@ class SweptJoint:
         values
             Values of the keys that vary.
         window
-            Frequencies [Hz] of responses that are kept. By default peaks are, of responses that end
-            behind them where their course is regular.
+            Frequencies [Hz] of responses that are kept. By default peaks are, in a window of the
+            design, with longer steps where these lead across it, and of responses that end behind
+            them where they may.
         """
         case = self._case(values)
         joints = self._joints(case)
         joint, control = self._solved(joints), self.control or StepControl()
-        method = as_method(str(case.coordinates[0]))
-        if window is None and isinstance(method, LinearModes):
-            to_peak = _problem(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
-            peaks = [method.to_peak(to_peak, level) for level in case.levels]
-            if all(peak is not None for peak in peaks):
-                return joint, [peak for peak in peaks if peak is not None]
         problem = _problem(case, joint, window or self._window(joints, WindowMargins()), control)
-        method = method.prepared(problem, case.levels)
-        return joint, [method.solve(problem, level) for level in case.levels]
+        method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
+        if window is not None or not isinstance(method, LinearModes):
+            return joint, [method.solve(problem, level) for level in case.levels]
+        near = _problem(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
+        return joint, [_peak(method, near, problem, level) for level in case.levels]
 
     def converge(
         self,
@@ -319,8 +325,8 @@ class SweptJoint:
     ) -> list[ConvergedPeak]:
         """The peaks of a design with harmonics up to the highest, from its responses.
 
-        Without error bars they have one phase, that of the peak with three harmonics, and their
-        truncation errors are extrapolated from the last change.
+        Without error bars motions at one phase stand for those with most harmonics
+        (``converge_peak``), and truncation errors are extrapolated.
         """
         options = self.harmonics.up_to(highest)
         damping = self._case(values).structural_damping

@@ -288,7 +288,7 @@ def gather_sweep(
     whole = xr.concat(chunks, "design", combine_attrs="override")
     if "is_predicted" in whole:
         by_keys = [designs[name].to_numpy() for name in names]
-        slip_force = whole["slip_force"].to_numpy()
+        slip_force = whole["joint_slip_force"].to_numpy()
         if "force_level" in names:
             slip_force = slip_force / designs["force_level"].to_numpy()
         whole = with_predicted_peaks(whole, [*by_keys, slip_force])

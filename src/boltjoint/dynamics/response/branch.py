@@ -48,9 +48,10 @@ class Branch:
         branch in linear modes; of one in complex modes, where these did not suffice, and ends and
         located peaks, which are solved without; shape (solutions,).
     complete
-        Whether the branch reaches the end of the window.
+        Whether the branch reaches the end of the window, or that behind its peak where no more is
+        wanted.
     reason
-        Why the branch ends before the window does, or has no peak.
+        Why the branch breaks off, or has no peak.
     fell_back
         Whether it is one in linear modes because that in the given coordinates was too inaccurate.
     has_isolated

@@ -144,7 +144,7 @@ def find_converged_peak(
     left_out
         How truncation errors are estimated; not with None.
     at_one_phase
-        As for ``converge_peak``, where no truncation errors are estimated.
+        As for ``converge_peak``; not with ``left_out``.
 
     Returns
     -------
@@ -155,8 +155,10 @@ def find_converged_peak(
     if not isinstance(joint.law, ElementLaw):
         return ConvergedPeak()
     joint = joint.distinct
+    if at_one_phase and left_out is not None:
+        raise ValueError("the errors of peaks at one phase are not estimated by left-out harmonics")
     near = joint, frequency, motion, force, damping, options
-    sequence = converge_peak(*near, at_one_phase=at_one_phase and left_out is None)
+    sequence = converge_peak(*near, at_one_phase=at_one_phase)
     peak = ConvergedPeak(sequence) if left_out is None else _judge(sequence, left_out)
     # motions at other phases, and their factors, have served
     return peak._replace(sequence=sequence._replace(resonance=None))

@@ -40,10 +40,13 @@ class ConvergedPeak(NamedTuple):
     def extrapolated(self) -> "ConvergedPeak":
         """The same with the truncation error that the last change of the sequence tells.
 
-        Not a number with fewer than two changes.
+        With what the phase of the last peak may be off. Not a number with fewer than two changes.
         """
         frequency, amplitude = self.sequence.extrapolated_change.tolist()
         known = len(self.sequence.peaks) > 2
+        if known and (located := self.sequence.peaks[-1].located) is not None:
+            frequency += located.frequency_by_phase * located.distance
+            amplitude += located.amplitude_error
         return self._replace(truncation_error=(frequency, amplitude) if known else (np.nan, np.nan))
 
 

@@ -7,6 +7,7 @@ before, until two successive changes are below a tolerance.
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from typing import NamedTuple, Self
 
@@ -83,8 +84,7 @@ class HarmonicConvergence(Options):
 class HarmonicPeak(NamedTuple):
     """A peak with a number of harmonics: frequency [Hz], first-harmonic amplitude [m], motion.
 
-    ``located`` by the phase of the output point; None of a peak that is given, and of a motion that
-    stands for it.
+    ``located`` by the phase of the output point; None of a peak that is given.
     """
 
     harmonics: int
@@ -163,9 +163,10 @@ def converge_peak(
     options
         Numbers of harmonics and tolerances.
     at_one_phase
-        Whether the motion at the phase of the peak with the first of them stands for the peaks with
-        more: in a third of the time, within 2e-4 of the frequency and 4e-4 of the amplitude in 40
-        designs of ``three_bolt_uncertainty``.
+        Whether a peak is located with the fewest harmonics only, and the motion at its phase stands
+        for those with more: in a third of the time, within 2e-4 of the frequency and 4e-4 of the
+        amplitude in 40 designs of ``three_bolt_uncertainty``, 6e-4 and 4e-4 in smaller joints.
+        ``ConvergedPeak.extrapolated`` holds it where amplitudes are smooth over the phase.
 
     Returns
     -------
@@ -186,18 +187,17 @@ def converge_peak(
         law = AlternatingFrequencyTime(joint.contact.element_law, **options.sampling(highest))
         balance = HarmonicBalance(replace(joint, law=law), damping, force)
         resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
-        keeps_phase = at_one_phase and bool(resonances)
-        peak = _peak_with(highest, resonance, joint, keeps_phase=keeps_phase)
-        if peak is None:
+        locate = partial(_locate, at_one_phase=at_one_phase, kept=_kept_phase(sequence, resonances))
+        located = locate(resonance)
+        if located is None:
             restarted = _restarted(balance, last)
             if restarted is not None:
-                resonance = restarted
-                peak = _peak_with(highest, resonance, joint, keeps_phase=keeps_phase)
-        logger.info("%g N, %d harmonics: %s", force, highest, peak and peak.frequency)
-        if peak is None:
+                resonance, located = restarted, locate(restarted)
+        logger.info("%g N, %d harmonics: %s", force, highest, located and located.frequency)
+        if located is None:
             continue
         resonances.append(resonance)
-        sequence = PeakSequence((*sequence.peaks, peak))
+        sequence = PeakSequence((*sequence.peaks, _peak_with(highest, located, joint)))
         if sequence.changes_within(tolerances):
             if not at_one_phase:
                 sequence = _narrowed(sequence, resonances, joint)
@@ -228,23 +228,35 @@ def _narrowed(
     for place, resonance in zip((-1, -2), reversed(resonances), strict=False):
         located = resonance.peak()
         if located is not None:
-            peaks[place] = _located_peak(peaks[place].harmonics, located, joint)
+            peaks[place] = _peak_with(peaks[place].harmonics, located, joint)
     return PeakSequence(tuple(peaks), resonance=resonances[-1] if resonances else None)
 
 
-def _peak_with(
-    harmonics: int, resonance: PhaseResonance, joint: Joint, *, keeps_phase: bool
-) -> HarmonicPeak | None:
-    """The peak of motions near a resonance, or the motion at the phase of their start."""
-    if not keeps_phase:
-        located = resonance.peak(narrowed=False)
-        return located and _located_peak(harmonics, located, joint)
+def _kept_phase(sequence: PeakSequence, resonances: Sequence[PhaseResonance]) -> LocatedPeak | None:
+    """The first located peak, with what its phase may be off with more harmonics; None without.
+
+    That is by how far it is from the phase of the peak before, beside what it may be off itself.
+    """
+    located = sequence.peaks[1].located if sequence.has_more_harmonics else None
+    if located is None:
+        return None
+    distance = located.distance + abs(located.phase - resonances[0].first_phase)
+    error = located.amplitude_error + located.sharpness * distance**2 / 2
+    return located._replace(distance=distance, amplitude_error=error)
+
+
+def _locate(
+    resonance: PhaseResonance, kept: LocatedPeak | None, *, at_one_phase: bool
+) -> LocatedPeak | None:
+    """The peak of motions near a resonance, or the one that stands for it at a kept phase."""
+    if kept is None or not at_one_phase:
+        return resonance.peak(narrowed=at_one_phase)
     if (found := resonance.start()) is None:
         return None
     motion, frequency = found
-    return HarmonicPeak(harmonics, frequency, abs(motion.amplitude(joint.response_mode)), motion)
+    return kept._replace(frequency=frequency, motion=motion)
 
 
-def _located_peak(harmonics: int, located: LocatedPeak, joint: Joint) -> HarmonicPeak:
+def _peak_with(harmonics: int, located: LocatedPeak, joint: Joint) -> HarmonicPeak:
     amplitude = abs(located.motion.amplitude(joint.response_mode))
     return HarmonicPeak(harmonics, located.frequency, amplitude, located.motion, located)

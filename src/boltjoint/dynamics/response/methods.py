@@ -189,9 +189,12 @@ class LinearModes(_Followed):
     def to_peak(self, problem: Problem, force: float) -> Branch | None:
         """The response to a force up to a little behind its first peak, which alone is exact.
 
-        That is the highest where no other follows after the response has fallen. None where it
-        takes no regular course: then ``solve`` finds it.
+        None where another resonance may be in the window, with a higher peak, and where the
+        response takes no regular course: then ``solve`` finds it.
         """
+        ranges = np.delete(problem.joint.resonance_range(), problem.resonance - 1, axis=0)
+        if np.any((ranges[:, 0] <= problem.window[1]) & (ranges[:, 1] >= problem.window[0])):
+            return None
         equations, continuation = self._continuation(problem, force, problem.window)
         low, high = (2 * np.pi * f for f in problem.window)
         path = continuation.to_peak((low, high))

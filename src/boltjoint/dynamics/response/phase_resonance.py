@@ -134,8 +134,8 @@ def find_peak(
 ) -> LocatedPeak | None:
     """Peak of the first harmonic by multi-harmonic balance, near that with fewer harmonics.
 
-    It is the vertex of a parabola through the logarithms of three amplitudes by the phase.
-    The damping of the harmonic h is H(hw).
+    It is the vertex of a parabola through the logarithms of three amplitudes by the phase. The
+    damping of the harmonic h is H(hw).
 
     Parameters
     ----------
@@ -178,7 +178,8 @@ class PhaseResonance:
     balance
         In linear modes, with AFT.
     frequency, start
-        Peak frequency with fewer harmonics [Hz], and the motion there.
+        Peak frequency with fewer harmonics [Hz], and the motion there, whose phase is
+        ``first_phase`` [rad].
     fewer
         Motions with fewer harmonics, whose changes with the phase are those to expect.
     search
@@ -203,7 +204,8 @@ class PhaseResonance:
         checks.instance("search", search, PeakSearch)
         frequency = checks.number("frequency", frequency, above=0)
         self.balance = balance
-        self._equations, self._start, self._first = PhaseEquations.near(balance, start, frequency)
+        start_of = PhaseEquations.near(balance, start, frequency)
+        self._equations, self._start, self.first_phase = start_of
         self._fewer, self._search = fewer, search
         self._solutions: dict[float, Array] = {}
         control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
@@ -243,9 +245,9 @@ class PhaseResonance:
         )
 
     def start(self) -> tuple[PeriodicMotion, float] | None:
-        """The motion at the phase of the start, and its frequency [Hz]; None without one."""
+        """The motion at ``first_phase``, and its frequency [Hz]; None without one."""
         try:
-            motion, w = self._motion(self._solution(self._first))
+            motion, w = self._motion(self._solution(self.first_phase))
         except _NotConverged:
             return None
         return motion, w / (2 * np.pi)
@@ -268,7 +270,7 @@ class PhaseResonance:
         """The parabola of the peak, its vertex within a width where it can be; None without one."""
         spread = self._search.spread
         try:
-            best = self._around_peak(self._first, spread)
+            best = self._around_peak(self.first_phase, spread)
         except _NotConverged:
             return None
         while best is not None and min(best.distance, spread) > width:
