@@ -1,6 +1,6 @@
 """Designs of a sweep: values of the keys that vary, and the joint of each and how it is solved."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -209,12 +209,14 @@ def _to_peak(control: StepControl) -> StepControl:
     return replace(longer, peak_tolerance=control.peak_tolerance / _STEPS_TO_PEAK**2)
 
 
-def _peak(method: LinearModes, near: Problem, whole: Problem, level: float) -> "Branch":
-    """A response of which the peak is kept: that behind it, or across a narrow or whole window."""
+def _peak(
+    method: LinearModes, near: Problem, whole: Callable[[], Problem], level: float
+) -> "Branch":
+    """A response of which the peak is kept: up to behind it, or across a narrow or whole window."""
     branch = method.to_peak(near, level)
     if branch is None:
         branch = method.solve(near, level)
-    return branch if branch.complete and branch.peak is not None else method.solve(whole, level)
+    return branch if branch.complete and branch.peak is not None else method.solve(whole(), level)
 
 
 def _motion_at(branch: "Branch", place: int, joint: Joint) -> PeriodicMotion:
@@ -300,19 +302,23 @@ class SweptJoint:
         values
             Values of the keys that vary.
         window
-            Frequencies [Hz] of responses that are kept. By default peaks are, in a window of the
-            design, with longer steps where these lead across it, and of responses that end behind
-            them where they may.
+            Frequencies [Hz] of responses that are kept. By default only their peaks are: they may
+            end behind these, and have longer steps where such lead there.
         """
         case = self._case(values)
         joints = self._joints(case)
         joint, control = self._solved(joints), self.control or StepControl()
-        problem = _problem(case, joint, window or self._window(joints, WindowMargins()), control)
-        method = as_method(str(case.coordinates[0])).prepared(problem, case.levels)
-        if window is not None or not isinstance(method, LinearModes):
-            return joint, [method.solve(problem, level) for level in case.levels]
-        near = _problem(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
-        return joint, [_peak(method, near, problem, level) for level in case.levels]
+        method = as_method(str(case.coordinates[0]))
+
+        def whole() -> Problem:
+            return _problem(case, joint, window or self._window(joints, WindowMargins()), control)
+
+        if window is None and isinstance(method, LinearModes):
+            near = _problem(case, joint, self._window(joints, _AROUND_PEAK), _to_peak(control))
+            return joint, [_peak(method, near, whole, level) for level in case.levels]
+        problem = whole()
+        method = method.prepared(problem, case.levels)
+        return joint, [method.solve(problem, level) for level in case.levels]
 
     def converge(
         self,

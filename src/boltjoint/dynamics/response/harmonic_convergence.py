@@ -187,7 +187,8 @@ def converge_peak(
         law = AlternatingFrequencyTime(joint.contact.element_law, **options.sampling(highest))
         balance = HarmonicBalance(replace(joint, law=law), damping, force)
         resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
-        locate = partial(_locate, at_one_phase=at_one_phase, kept=_kept_phase(sequence, resonances))
+        kept = _kept_phase(sequence, resonances) if at_one_phase else None
+        locate = partial(_locate, kept=kept, narrowed=at_one_phase)
         located = locate(resonance)
         if located is None:
             restarted = _restarted(balance, last)
@@ -246,11 +247,11 @@ def _kept_phase(sequence: PeakSequence, resonances: Sequence[PhaseResonance]) ->
 
 
 def _locate(
-    resonance: PhaseResonance, kept: LocatedPeak | None, *, at_one_phase: bool
+    resonance: PhaseResonance, kept: LocatedPeak | None, *, narrowed: bool
 ) -> LocatedPeak | None:
     """The peak of motions near a resonance, or the one that stands for it at a kept phase."""
-    if kept is None or not at_one_phase:
-        return resonance.peak(narrowed=at_one_phase)
+    if kept is None:
+        return resonance.peak(narrowed=narrowed)
     if (found := resonance.start()) is None:
         return None
     motion, frequency = found
