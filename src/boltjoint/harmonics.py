@@ -99,6 +99,11 @@ class Components(tuple[str, ...]):
         place, sign = self._quarter_later
         return sign[:, None] * self.rows(x)[place]
 
+    def turned(self, x: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+        """A motion earlier by an angle of the first harmonic [rad], shape (components, ...)."""
+        turn = (self.number * angle)[:, None]
+        return np.cos(turn) * self.rows(x) + np.sin(turn) * self.later(x)
+
     @cached_property
     def _quarter_later(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         return self.quarter_later()

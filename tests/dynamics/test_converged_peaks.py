@@ -151,9 +151,9 @@ def test_left_out_harmonics_are_added_a_few_at_a_time_where_all_do_not_converge(
     assert not NewtonKrylov(equations, control).solve(y, phase).converged
     found = change_by_left_out_harmonics(*at, replace(enough, iterations=4))
     assert found[:2] == pytest.approx(expected[:2], rel=1e-4)
-    # at other phases they are not
+    # at another phase it is not far
     assert expected.slope > 0
-    assert np.isnan(found.slope)
+    assert found.slope == pytest.approx(expected.slope, rel=1e-3)
 
 
 def test_a_peak_is_sought_with_more_harmonics_a_few_at_a_time_where_all_do_not_converge():

@@ -50,9 +50,9 @@ class Combustion(Equations):
         self.jacobians = 0
 
     def evaluate(self, x, p):
-        def jacobian():
+        def jacobian(precision):
             self.jacobians += 1
-            return self._second + np.diag(p * np.exp(x))
+            return (self._second + np.diag(p * np.exp(x))).astype(precision)
 
         def along(dx):
             return self._second @ dx + p * np.exp(x) * dx

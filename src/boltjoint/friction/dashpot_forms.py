@@ -205,9 +205,11 @@ class _TangentWithDashpots(NamedTuple):
     turn: Array
     damping: Array
 
-    def __call__(self) -> Array:
+    def __call__(self, precision: type[np.floating] = np.float64) -> Array:
         """As ``ModalTangent``."""
-        return self.tangent() + np.einsum("ij,rs->irjs", self.turn, self.damping)
+        tangent = self.tangent(precision)
+        tangent += np.einsum("ij,rs->irjs", self.turn, self.damping)
+        return tangent
 
     def along(self, change: Array) -> Array:
         """As ``ModalTangent.along``."""

@@ -315,9 +315,9 @@ class _SumOfTangents(NamedTuple):
 
     parts: Sequence[ModalTangent]
 
-    def __call__(self) -> Array:
+    def __call__(self, precision: type[np.floating] = np.float64) -> Array:
         """As ``ModalTangent``."""
-        return sum((part() for part in self.parts), np.zeros(()))
+        return sum((part(precision) for part in self.parts), np.zeros((), precision))
 
     def along(self, change: Array) -> Array:
         """As ``ModalTangent.along``."""

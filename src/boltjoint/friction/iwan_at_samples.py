@@ -144,9 +144,9 @@ class ModalIwanTangent(NamedTuple):
     basis: HarmonicBasis
     hysteresis: Hysteresis
 
-    def __call__(self) -> Array:
+    def __call__(self, precision: type[np.floating] = np.float64) -> Array:
         """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
-        return _sum_of_tangents(self.R, self.basis, self.hysteresis)
+        return _sum_of_tangents(self.R, self.basis, self.hysteresis).astype(precision, copy=False)
 
     def along(self, change: Array) -> Array:
         """Derivative of the forces along a change of the amplitudes, both (components, modes)."""

@@ -14,7 +14,7 @@ from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.linalg import multi_dot
-from scipy.linalg.blas import dgemm
+from scipy.linalg import get_blas_funcs
 
 from boltjoint.friction.modal_kernels import (
     follow,
@@ -130,12 +130,13 @@ class ModalSliderTangent:
     changes: _Changes
     work: tuple[Array, Array, Array, Array]
 
-    def __call__(self) -> Array:
+    def __call__(self, precision: type[np.floating] = np.float64) -> Array:
         """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
         mean, of_slider = self.basis.mean, self.changes.of_slider
         begin, end = of_slider[:, 4:].T.astype(np.int64)
-        tangent = _by_state(self._stiffness, self.basis)
-        subtract(_by_slider(self.elements, self.basis, of_slider, mean[end] - mean[begin]), tangent)
+        held = (mean[end] - mean[begin]).astype(precision, copy=False)
+        tangent = _by_state(self._stiffness, self.basis, precision)
+        subtract(_by_slider(self.elements, self.basis, of_slider, held), tangent)
         return tangent
 
     def along(self, change: Array) -> Array:
@@ -241,7 +242,7 @@ def _spring_forces(
     return x, n
 
 
-def _by_state(stiffness: Array, basis: HarmonicBasis) -> Array:
+def _by_state(stiffness: Array, basis: HarmonicBasis, precision: type[np.floating]) -> Array:
     """Derivative by the displacements at the same time, (components, modes, components, modes).
 
     ``sum_t phi_i(t) G(t) phi_j(t)``: products of two harmonics are the harmonics of sum and
@@ -250,7 +251,7 @@ def _by_state(stiffness: Array, basis: HarmonicBasis) -> Array:
     spectrum = np.fft.fft(stiffness, axis=0)
     real, imaginary = np.ascontiguousarray(spectrum.real), np.ascontiguousarray(spectrum.imag)
     count, modes = basis.harmonic.size, stiffness.shape[1]
-    products = np.empty((count, modes, count, modes))
+    products = np.empty((count, modes, count, modes), precision)
     sum_products(real, imaginary, basis.harmonic, basis.is_sine, 0.5 * basis.weight, products)
     return products
 
@@ -260,24 +261,30 @@ def _by_slider(
 ) -> Array:
     """Derivative by the displacements that determined sliders.
 
-    ``held`` has the components of a position of one while it is held, (changes, components). The
-    axes are those of ``ModalTangent``, but the components of the motion come last.
+    ``held`` has the components of a position of one while it is held, (changes, components), in the
+    precision of the sums. The axes are those of ``ModalTangent``, but the components of the motion
+    come last.
     """
+    precision = held.dtype
     modes, count = elements.R.shape[1], basis.harmonic.size
     order = np.argsort(of_slider[:, 0], kind="stable")
     of_slider, held = of_slider[order], held[order]
     samples, first = np.unique(of_slider[:, 0].astype(np.int64), return_index=True)
     first = np.append(first, len(of_slider))
-    element, positions = of_slider[:, 1].astype(np.int64), elements.by_motion(of_slider)
+    element = of_slider[:, 1].astype(np.int64)
+    positions = elements.by_motion(of_slider).astype(precision, copy=False)
+    R = elements.R.astype(precision, copy=False)
+    synthesis = basis.synthesis.astype(precision, copy=False)
     at_once = max(_SAMPLES_AT_ONCE, count)
-    rows = np.empty((min(samples.size, at_once), count * modes * modes))
-    tangent = np.zeros((count * modes * modes, count))
+    rows = np.empty((min(samples.size, at_once), count * modes * modes), precision)
+    tangent = np.zeros((count * modes * modes, count), precision)
+    (gemm,) = get_blas_funcs(("gemm",), (tangent,))
     for begin in range(0, samples.size, at_once):
         together = slice(begin, min(begin + at_once, samples.size))
         derivative = rows[: together.stop - begin]
         bounds = first[begin : together.stop + 1]
-        sum_positions(element, positions, held, bounds, elements.R, derivative)
-        at = basis.synthesis[:, samples[together]]
+        sum_positions(element, positions, held, bounds, R, derivative)
+        at = synthesis[:, samples[together]]
         # tangent += derivative.T @ at.T, in place: a new array of its size costs as much
-        dgemm(1.0, at, derivative.T, beta=1.0, c=tangent.T, trans_b=True, overwrite_c=True)
+        gemm(1.0, at, derivative.T, beta=1.0, c=tangent.T, trans_b=True, overwrite_c=True)
     return tangent.reshape(count, modes, modes, count)

@@ -84,8 +84,11 @@ class HarmonicBasis(NamedTuple):
 class ModalTangent(Protocol):
     """Derivative of harmonic forces in modal coordinates, evaluated when it is called."""
 
-    def __call__(self) -> Array:
-        """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes)."""
+    def __call__(self, precision: type[np.floating] = np.float64) -> Array:
+        """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes).
+
+        In single precision in half of the time, where that is enough.
+        """
 
     def along(self, change: Array) -> Array:
         """Derivative of the forces along a change of the amplitudes, both (components, modes)."""

@@ -17,17 +17,20 @@ Matrix = NDArray[np.float64]
 LazyJacobian = Callable[[], Matrix]
 """Lazily evaluated Jacobian: called where a correction needs the derivative of a residual."""
 
+Precision = type[np.floating]
+"""That numbers of a matrix need at least: single where its factors precondition only."""
+
 
 @dataclass(frozen=True, slots=True)
 class Derivative:
     """Derivative of a residual: called, its Jacobian; or its product with a change, without it."""
 
-    jacobian: LazyJacobian
+    jacobian: Callable[[Precision], Matrix]
     along: Callable[[Vector], Vector]
 
-    def __call__(self) -> Matrix:
+    def __call__(self, precision: Precision = np.float64) -> Matrix:
         """The Jacobian."""
-        return self.jacobian()
+        return self.jacobian(precision)
 
 
 class Equations(Protocol):

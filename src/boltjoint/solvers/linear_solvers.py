@@ -14,6 +14,7 @@ from boltjoint.solvers.equations import (
     Equations,
     LazyJacobian,
     Matrix,
+    Precision,
     Solution,
     Vector,
 )
@@ -199,8 +200,8 @@ class KrylovSolver(LinearSolver[Derivative]):
             by_change = linearisation.along(change[:-1]) + change[-1] * by_parameter
             return np.append(by_change, row @ change) / scale
 
-        def matrix() -> Matrix:
-            by_unknown = linearisation()
+        def matrix(precision: Precision) -> Matrix:
+            by_unknown = linearisation(precision)
             self._rounding = rounding(by_unknown, x)
             bordered = np.vstack([np.column_stack([by_unknown, by_parameter]), row])
             return bordered / scale[:, None]

@@ -26,6 +26,7 @@ from boltjoint.solvers.equations import (
     Equations,
     LazyJacobian,
     Matrix,
+    Precision,
     Solution,
     Vector,
 )
@@ -113,7 +114,7 @@ def rounding(jacobian: Matrix, x: Vector) -> float:
     return ROUNDING * float(np.linalg.norm(np.concatenate(terms)))
 
 
-def _blocks_of_rows(matrix: Matrix) -> list[Matrix]:
+def _blocks_of_rows(matrix: NDArray[np.floating]) -> list[NDArray[np.floating]]:
     """Rows of a matrix, some at a time."""
     return [matrix[first : first + _ROWS_AT_ONCE] for first in range(0, len(matrix), _ROWS_AT_ONCE)]
 
@@ -127,7 +128,8 @@ def solve(matrix: Matrix, right: Vector) -> Vector | None:
     return solution if np.all(np.isfinite(solution)) else None
 
 
-#: residual of the linear equations of a correction over their right side
+#: residual of the linear equations of a correction over their right side; where it depended on how
+#: far the one before helped (Eisenstat and Walker 1996), motions at folds were not found
 _CORRECTION = 0.1
 #: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
 _ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
@@ -144,11 +146,16 @@ class NewtonKrylov:
     ----------
     equations, control
         The system, whose ``evaluate`` gives a ``Derivative``, tolerance and number of iterations.
+    near
+        Solutions of other equations near these, with which they share factors.
     """
 
-    def __init__(self, equations: Equations, control: StepControl) -> None:
+    def __init__(
+        self, equations: Equations, control: StepControl, near: "NewtonKrylov | None" = None
+    ) -> None:
         self._equations, self._control = equations, control
-        self._factors, self._rounding = KeptFactors(), 0.0
+        self._factors: KeptFactors = KeptFactors() if near is None else near._factors
+        self._rounding: float = 0.0 if near is None else near._rounding
 
     def solve(self, x: Vector, p: float) -> Solution:
         """Solve the equations at a fixed parameter, halving corrections that do not help.
@@ -188,8 +195,8 @@ class NewtonKrylov:
     ) -> Vector | None:
         """Solution of the linear equations with a right side; None if they are singular."""
 
-        def jacobian() -> Matrix:
-            matrix = derivative()
+        def jacobian(precision: Precision) -> Matrix:
+            matrix = derivative(precision)
             self._rounding = rounding(matrix, x)
             return matrix
 
@@ -201,12 +208,12 @@ class KeptFactors:
 
     def __init__(self) -> None:
         self._factors: _Factors | None = None
-        self._precision: type[np.floating] = np.float32
+        self._precision: Precision = np.float32
 
     def solve(
         self,
         along: Callable[[Vector], Vector],
-        matrix: Callable[[], Matrix],
+        matrix: Callable[[Precision], Matrix],
         right: Vector,
         tolerance: float,
     ) -> Vector | None:
@@ -215,7 +222,7 @@ class KeptFactors:
         Parameters
         ----------
         along, matrix
-            Product of the matrix with a vector, and the matrix where it is factorized.
+            Product of the matrix with a vector, and the matrix in the precision of its factors.
         right
             Right side.
         tolerance
@@ -229,17 +236,22 @@ class KeptFactors:
         solution = self._precondition(along, right, tolerance)
         if solution is not None:
             return solution
-        jacobian = matrix()
         if right.size <= _IN_DOUBLE_PRECISION:
             self._precision = np.float64
-        self._factors = _Factors.of(jacobian, self._precision)
+        jacobian = self._factorize(matrix)
         solution = self._precondition(along, right, tolerance)
         if solution is None and self._precision is np.float32:
             # near a sharp resonance terms cancel to a millionth of themselves
             self._precision = np.float64
-            self._factors = _Factors.of(jacobian, self._precision)
+            jacobian = self._factorize(matrix)
             solution = self._precondition(along, right, tolerance)
         return solve(jacobian, right) if solution is None else solution
+
+    def _factorize(self, matrix: Callable[[Precision], Matrix]) -> Matrix:
+        """Keep the factors of the matrix, which is returned."""
+        evaluated = matrix(self._precision)
+        self._factors = _Factors.of(evaluated, self._precision)
+        return evaluated
 
     def _precondition(
         self, along: Callable[[Vector], Vector], right: Vector, tolerance: float
@@ -250,8 +262,18 @@ class KeptFactors:
         factors, n = self._factors, right.size
         most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
         operator = LinearOperator((n, n), lambda y: along(factors.solve(y)), dtype=float)
-        solution, failed = gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)
-        return None if failed else factors.solve(solution)
+        # what remains is below the tolerance by its own account: rounding may leave it just above
+        remains = [np.inf]
+        solution, _ = gmres(
+            operator,
+            right,
+            rtol=tolerance,
+            restart=most,
+            maxiter=1,
+            callback=remains.append,
+            callback_type="pr_norm",
+        )
+        return factors.solve(solution) if remains[-1] <= tolerance else None
 
 
 class _Factors(NamedTuple):
@@ -266,7 +288,7 @@ class _Factors(NamedTuple):
     pivots: NDArray[np.int32]
 
     @classmethod
-    def of(cls, matrix: Matrix, precision: type[np.floating]) -> "_Factors | None":
+    def of(cls, matrix: Matrix, precision: Precision) -> "_Factors | None":
         """Factors of a matrix; None where it is singular or not finite."""
         columns = np.zeros(len(matrix))
         for part in _blocks_of_rows(matrix):

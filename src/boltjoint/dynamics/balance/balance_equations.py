@@ -19,7 +19,7 @@ from boltjoint.dynamics.balance.compiled_balance import balance_system
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance, OutputPoint
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.solvers.compiled_steps import System
-from boltjoint.solvers.equations import Derivative, Equations, LazyJacobian
+from boltjoint.solvers.equations import Derivative, Equations, LazyJacobian, Precision
 
 Jacobian = Literal["analytic", "forward-difference"]
 
@@ -105,9 +105,11 @@ Array = NDArray[np.float64]
 class PhaseEquations(Equations):
     """Harmonic balance with the frequency as unknown and the phase of the output as parameter.
 
-    The unknown is x and, after it, ``ln w`` times the size of x; the parameter is the phase theta
-    of the first harmonic ``s + i c`` of the output point, for which ``Im((s + i c) e^(-i theta))``
-    vanishes.
+    Time runs from where the first harmonic ``s + i c`` of the output point has no phase, so that
+    ``c`` vanishes, and the excitation has that of the parameter theta, ``-theta``: motions hardly
+    change with it, as their friction does not see where time begins. In that of the excitation the
+    harmonic h turns by h theta: residuals of motions guessed from others 0.03 rad away were fifty
+    times the force. The unknown is x and, after it, ``ln w`` times the size of x.
 
     Parameters
     ----------
@@ -117,18 +119,20 @@ class PhaseEquations(Equations):
         Size of x.
     amplitude
         Amplitude of the output point [m], to which its deviation from the phase is compared.
+    begin
+        Phase of the output point where time begins after all [rad]: samples of friction are later.
     """
 
-    def __init__(self, balance: HarmonicBalance, scale: float, amplitude: float) -> None:
+    def __init__(
+        self, balance: HarmonicBalance, scale: float, amplitude: float, begin: float = 0.0
+    ) -> None:
         self.balance, self.output = balance, OutputPoint(balance)
         self.residual_scale = float(np.linalg.norm(balance.modal_force))
-        self._size = scale
-        self._weight = self.residual_scale / amplitude
-        shape = len(balance.components), -1
-        mode = balance.joint.response_mode
-        self._sin, self._cos = (np.zeros((shape[0], mode.size)) for _ in range(2))
-        self._sin[balance.components.sin()] = mode
-        self._cos[balance.components.cos()] = mode
+        self._size, self._amplitude, self._begin = scale, amplitude, begin
+        across = np.zeros((len(balance.components), balance.joint.response_mode.size))
+        across[balance.components.cos()] = balance.joint.response_mode
+        across = balance.components.turned(across, begin)
+        self._across = self.residual_scale / amplitude * across.ravel()
 
     @classmethod
     def near(
@@ -137,15 +141,34 @@ class PhaseEquations(Equations):
         """The equations near a motion at a frequency [Hz], its unknown, and its phase [rad]."""
         x, output = motion.in_components(balance.components).ravel(), OutputPoint(balance)
         equations = cls(balance, float(np.linalg.norm(x)), output.value(x))
-        return equations, equations.unknown(x, 2 * np.pi * frequency), float(np.angle(output(x)))
+        phase = float(np.angle(output(x)))
+        x = balance.components.turned(x, -phase).ravel()
+        return equations, equations.unknown(x, 2 * np.pi * frequency), phase
+
+    def later(self, y: Array, begin: float) -> tuple["PhaseEquations", Array]:
+        """The equations whose time begins at another phase [rad], and an unknown there."""
+        equations = PhaseEquations(self.balance, self._size, self._amplitude, begin)
+        turned = self.balance.components.turned(y[:-1], begin - self._begin)
+        return equations, np.append(turned, y[-1])
+
+    def of_fewer(self, fewer: "PhaseEquations", y: Array) -> Array:
+        """The unknown from that of equations with fewer harmonics, whose components come first."""
+        q, w = fewer.solution(y)
+        return self.unknown(np.append(q, np.zeros(self.balance.modal_force.size - q.size)), w)
 
     def unknown(self, x: Array, w: float) -> Array:
-        """The unknown of a motion at a frequency [rad/s]."""
+        """The unknown of a motion without phase at a frequency [rad/s]."""
         return np.append(x, self._size * np.log(w))
 
     def solution(self, y: Array) -> tuple[Array, float]:
-        """Motion and frequency [rad/s] of an unknown."""
+        """Motion without phase and frequency [rad/s] of an unknown."""
         return y[:-1], float(np.exp(self.log_frequency(y)))
+
+    def motion(self, y: Array, phase: float) -> tuple[PeriodicMotion, float]:
+        """Motion in the time of the excitation, and its frequency [Hz]."""
+        (q, w), components = self.solution(y), self.balance.components
+        motion = PeriodicMotion(components, components.turned(q, phase - self._begin))
+        return motion, w / (2 * np.pi)
 
     def log_frequency(self, y: Array) -> float:
         """Logarithm of the frequency of an unknown, or its change in that of an unknown."""
@@ -155,34 +178,34 @@ class PhaseEquations(Equations):
         """Residual and Jacobian at the phase p [rad]."""
         q, w = self.solution(x)
         residual, by_motion = self.balance.residual_and_jacobian(q, w)
-        by_frequency, across = self._borders(q, w, p)
+        residual += self.balance.modal_force - self._force(p)
+        by_frequency = self._by_frequency(q, w)
 
-        def jacobian() -> Array:
-            return _bordered(by_motion(), by_frequency, across)
+        def jacobian(precision: Precision) -> Array:
+            return _bordered(by_motion(precision), by_frequency, self._across)
 
         def along(dy: Array) -> Array:
             dq, dw = dy[:-1], dy[-1]
-            return np.append(by_motion.along(dq) + dw * by_frequency, across @ dq)
+            return np.append(by_motion.along(dq) + dw * by_frequency, self._across @ dq)
 
-        return np.append(residual, across @ q), Derivative(jacobian, along)
-
-    def bordered(self, by_motion: Array, x: Array, p: float) -> Array:
-        """The Jacobian at the phase p from that of the balance."""
-        return _bordered(by_motion, *self._borders(*self.solution(x), p))
+        return np.append(residual, self._across @ q), Derivative(jacobian, along)
 
     def parameter_derivative(self, x: Array, p: float) -> Array:
         """Derivative of the residual by the phase."""
-        along = np.sin(p) * self._cos + np.cos(p) * self._sin
-        return np.append(np.zeros(x.size - 1), -self._weight * along.ravel() @ x[:-1])
+        # a quarter of a period later the force has its own derivative
+        return np.append(self._force(p - np.pi / 2), 0.0)
 
-    def _borders(self, q: Array, w: float, p: float) -> tuple[Array, Array]:
-        """Derivatives of the balance by the last unknown, and of the last equation by the motion.
+    def _force(self, phase: float) -> Array:
+        """Excitation in modal coordinates with the phase of the output point, shape of q."""
+        force = self.balance.modal_force
+        return self.balance.components.turned(force, self._begin - phase).ravel()
 
-        Both have the shape of q.
-        """
-        across = self._weight * (np.cos(p) * self._cos - np.sin(p) * self._sin)
-        return w / self._size * self.balance.frequency_derivative(q, w), across.ravel()
+    def _by_frequency(self, q: Array, w: float) -> Array:
+        """Derivative of the balance by the last unknown, shape of q."""
+        return w / self._size * self.balance.frequency_derivative(q, w)
 
 
 def _bordered(by_motion: Array, by_frequency: Array, across: Array) -> Array:
-    return np.block([[by_motion, by_frequency[:, None]], [across, np.zeros(1)]])
+    bordered = np.zeros((across.size + 1,) * 2, by_motion.dtype)
+    bordered[:-1, :-1], bordered[:-1, -1], bordered[-1, :-1] = by_motion, by_frequency, across
+    return bordered

@@ -164,7 +164,7 @@ class HarmonicBalance:
         force, tangent = self.contact.force_and_tangent(x, at)
         residual = self.linear_force(x, w) + force - self.modal_force
         return residual, Derivative(
-            lambda: self._add_linear_part(tangent(), w),
+            lambda precision: self._add_linear_part(tangent(precision), w),
             lambda dx: self.linear_force(dx, w) + tangent.along(dx),
         )
 

@@ -83,7 +83,7 @@ class ModalContact:
             return in_modes
         force, tangent = self.contact.law.evaluate_with_tangent(self.motion(x), w)
         derivative = Derivative(
-            lambda: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
+            lambda _: self.modal_tangent(tangent), lambda dx: self.change(dx, tangent)
         )
         return self.modal_force(force), derivative
 
@@ -97,7 +97,7 @@ class ModalContact:
             return None
         force, tangent = in_modes
         derivative = Derivative(
-            lambda: tangent().reshape(x.size, x.size),
+            lambda precision: tangent(precision).reshape(x.size, x.size),
             lambda dx: tangent.along(dx.reshape(amplitudes.shape)).ravel(),
         )
         return force.ravel(), derivative

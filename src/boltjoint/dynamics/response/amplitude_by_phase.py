@@ -9,6 +9,8 @@ from typing import NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+
 Array = NDArray[np.float64]
 
 
@@ -43,12 +45,55 @@ class Parabola(NamedTuple):
         )
 
 
-def deviation_from_cubic(at: Array, values: Array) -> float:
-    """Standard deviation of values from a cubic polynomial; zero of four or fewer."""
-    if len(at) <= 4:
+class LocatedPeak(NamedTuple):
+    """A peak of the first harmonic.
+
+    ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
+    change of ln w by the phase; ``sharpness``, minus the second derivative of ln amplitude by the
+    phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
+    its phase may be off [rad]: twice that of vertices, and by roughness; ``amplitude_error``,
+    relative, by both; ``sampling_error`` of frequency and amplitude, relative, by the samples of
+    friction.
+    """
+
+    frequency: float
+    motion: PeriodicMotion
+    phase: float
+    frequency_by_phase: float
+    sharpness: float
+    distance: float
+    amplitude_error: float
+    sampling_error: tuple[float, float] = (0.0, 0.0)
+
+    def frequency_error(self, frequency: float, amplitude: float, slope: float) -> float:
+        """Relative error of the frequency by errors of the motion at the phase of the peak.
+
+        Those at the phase and by the phase are independent; that by the distance is added.
+
+        Parameters
+        ----------
+        frequency, amplitude
+            Relative errors there.
+        slope
+            Error of the derivative of ln amplitude by the phase [1/rad]: over the sharpness the
+            peak moves by it, or within ``sqrt(2 e / sharpness)`` of an amplitude error e.
+        """
+        moved = self.moved_by(amplitude, slope)
+        return float(np.hypot(frequency, moved) + self.frequency_by_phase * self.distance)
+
+    def moved_by(self, amplitude: float, slope: float) -> float:
+        """Relative change of the frequency by the phase alone, as of ``frequency_error``."""
+        by_amplitude = np.sqrt(2 * amplitude / self.sharpness)
+        return float(self.frequency_by_phase * np.fmin(by_amplitude, slope / self.sharpness))
+
+
+def deviation_from_polynomial(at: Array, values: Array) -> float:
+    """Standard deviation of values from a cubic polynomial, of four from a parabola; 0 of fewer."""
+    if len(at) <= 3:
         return 0.0
-    left = values - np.polyval(np.polyfit(at, values, 3), at)
-    return float(np.linalg.norm(left) / np.sqrt(len(at) - 4))
+    degree = min(3, len(at) - 2)
+    left = values - np.polyval(np.polyfit(at, values, degree), at)
+    return float(np.linalg.norm(left) / np.sqrt(len(at) - degree - 1))
 
 
 def rise_within(distance: float, phase: float, phases: Array, values: Array) -> float:

@@ -112,7 +112,9 @@ def _warn(peak: ConvergedPeak, force: float) -> None:
         )
     if np.isnan(peak.truncation_error[1]):
         logger.warning(
-            "%g N: no motion with more harmonics was found near: the peak has no error bar", force
+            "%g N: no motion with more harmonics or later samples was found near: the peak has no "
+            "error bar",
+            force,
         )
     elif np.isnan(peak.inertia_error[1]):
         logger.warning(
@@ -175,8 +177,9 @@ def _judge(sequence: PeakSequence, left_out: LeftOutHarmonics) -> ConvergedPeak:
     change = change_by_left_out_harmonics(resonance, located, left_out)
     at_phase = left_out.safety * np.array(change)
     frequency, amplitude = sequence.extrapolated_change
-    frequency += located.frequency_error(*at_phase)
+    frequency += located.frequency_error(*at_phase) + located.sampling_error[0]
     amplitude += at_phase[1] + located.amplitude_error + PeakSearch().tolerance
+    amplitude += located.sampling_error[1]
     balance = resonance.balance
     q, w = located.motion.in_components(balance.components), 2 * np.pi * located.frequency
     jacobian = balance.residual_and_jacobian(q.ravel(), w)[1]()

@@ -45,8 +45,8 @@ class ConvergedPeak(NamedTuple):
         frequency, amplitude = self.sequence.extrapolated_change.tolist()
         known = len(self.sequence.peaks) > 2
         if known and (located := self.sequence.peaks[-1].located) is not None:
-            frequency += located.frequency_by_phase * located.distance
-            amplitude += located.amplitude_error
+            frequency += located.frequency_by_phase * located.distance + located.sampling_error[0]
+            amplitude += located.amplitude_error + located.sampling_error[1]
         return self._replace(truncation_error=(frequency, amplitude) if known else (np.nan, np.nan))
 
 

@@ -18,8 +18,9 @@ from boltjoint import checks
 from boltjoint.damping import Damping
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
+from boltjoint.dynamics.response.amplitude_by_phase import LocatedPeak
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics, with_more_harmonics
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
+from boltjoint.dynamics.response.phase_resonance import PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.joint.model import Joint
@@ -188,7 +189,7 @@ def converge_peak(
         balance = HarmonicBalance(replace(joint, law=law), damping, force)
         resonance = PhaseResonance(balance, last.frequency, last.motion, fewer=fewer)
         kept = _kept_phase(sequence, resonances) if at_one_phase else None
-        locate = partial(_locate, kept=kept, narrowed=at_one_phase)
+        locate = partial(_locate, kept=kept, solved=at_one_phase)
         located = locate(resonance)
         if located is None:
             restarted = _restarted(balance, last)
@@ -201,10 +202,10 @@ def converge_peak(
         sequence = PeakSequence((*sequence.peaks, _peak_with(highest, located, joint)))
         if sequence.changes_within(tolerances):
             if not at_one_phase:
-                sequence = _narrowed(sequence, resonances, joint)
+                sequence = _solved(sequence, resonances, joint)
             if sequence.changes_within(tolerances):
                 return sequence._replace(converged=True)
-    return sequence if at_one_phase else _narrowed(sequence, resonances, joint)
+    return sequence if at_one_phase else _solved(sequence, resonances, joint)
 
 
 def _restarted(balance: HarmonicBalance, peak: HarmonicPeak) -> PhaseResonance | None:
@@ -221,10 +222,10 @@ def _restarted(balance: HarmonicBalance, peak: HarmonicPeak) -> PhaseResonance |
     return PhaseResonance(balance, frequency, motion)
 
 
-def _narrowed(
+def _solved(
     sequence: PeakSequence, resonances: Sequence[PhaseResonance], joint: Joint
 ) -> PeakSequence:
-    """With the last two peaks, whose change counts, located as well as they can be."""
+    """With the last two peaks, whose change counts, solved at their phases."""
     peaks = list(sequence.peaks)
     for place, resonance in zip((-1, -2), reversed(resonances), strict=False):
         located = resonance.peak()
@@ -247,11 +248,11 @@ def _kept_phase(sequence: PeakSequence, resonances: Sequence[PhaseResonance]) ->
 
 
 def _locate(
-    resonance: PhaseResonance, kept: LocatedPeak | None, *, narrowed: bool
+    resonance: PhaseResonance, kept: LocatedPeak | None, *, solved: bool
 ) -> LocatedPeak | None:
     """The peak of motions near a resonance, or the one that stands for it at a kept phase."""
     if kept is None:
-        return resonance.peak(narrowed=narrowed)
+        return resonance.peak(solved=solved)
     if (found := resonance.start()) is None:
         return None
     motion, frequency = found

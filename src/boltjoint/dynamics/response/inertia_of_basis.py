@@ -14,8 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from boltjoint import checks
+from boltjoint.dynamics.response.amplitude_by_phase import LocatedPeak
 from boltjoint.dynamics.response.left_out_harmonics import LeftOutHarmonics
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PhaseResonance
+from boltjoint.dynamics.response.phase_resonance import PhaseResonance
 from boltjoint.joint.model import Joint
 
 #: modes without contact this near in frequency, relative, are of a vector which they make

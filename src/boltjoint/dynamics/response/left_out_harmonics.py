@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
-from boltjoint.dynamics.response.phase_resonance import LocatedPeak, PeakSearch, PhaseResonance
+from boltjoint.dynamics.response.amplitude_by_phase import LocatedPeak
+from boltjoint.dynamics.response.phase_resonance import PeakSearch, PhaseResonance
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.harmonics import Components
 from boltjoint.options import Options

@@ -13,7 +13,7 @@ with phase-locked-loop excitation. Mechanical Systems and Signal Processing 96 (
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,9 @@ from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import PeriodicMotion
 from boltjoint.dynamics.response.amplitude_by_phase import (
+    LocatedPeak,
     Parabola,
-    deviation_from_cubic,
+    deviation_from_polynomial,
     rise_within,
 )
 from boltjoint.friction.aft import AlternatingFrequencyTime
@@ -79,46 +80,6 @@ class PeakSearch(Options):
     width: float = 3e-3
     tolerance: float = 1e-6
     iterations: int = 50
-
-
-class LocatedPeak(NamedTuple):
-    """A peak of the first harmonic.
-
-    ``frequency`` [Hz], ``motion`` and its ``phase`` [rad]; ``frequency_by_phase``, the largest
-    change of ln w by the phase; ``sharpness``, minus the second derivative of ln amplitude by the
-    phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
-    its phase may be off [rad]: twice that of vertices, and by roughness; ``amplitude_error``,
-    relative, by both.
-    """
-
-    frequency: float
-    motion: PeriodicMotion
-    phase: float
-    frequency_by_phase: float
-    sharpness: float
-    distance: float
-    amplitude_error: float
-
-    def frequency_error(self, frequency: float, amplitude: float, slope: float) -> float:
-        """Relative error of the frequency by errors of the motion at the phase of the peak.
-
-        Those at the phase and by the phase are independent; that by the distance is added.
-
-        Parameters
-        ----------
-        frequency, amplitude
-            Relative errors there.
-        slope
-            Error of the derivative of ln amplitude by the phase [1/rad]: over the sharpness the
-            peak moves by it, or within ``sqrt(2 e / sharpness)`` of an amplitude error e.
-        """
-        moved = self.moved_by(amplitude, slope)
-        return float(np.hypot(frequency, moved) + self.frequency_by_phase * self.distance)
-
-    def moved_by(self, amplitude: float, slope: float) -> float:
-        """Relative change of the frequency by the phase alone, as of ``frequency_error``."""
-        by_amplitude = np.sqrt(2 * amplitude / self.sharpness)
-        return float(self.frequency_by_phase * np.fmin(by_amplitude, slope / self.sharpness))
 
 
 def find_peak(
@@ -208,71 +169,83 @@ class PhaseResonance:
         self._equations, self._start, self.first_phase = start_of
         self._fewer, self._search = fewer, search
         self._solutions: dict[float, Array] = {}
-        control = StepControl(tolerance=search.tolerance, maximum_iterations=search.iterations)
-        self._solver = NewtonKrylov(self._equations, control)
+        iterations = search.iterations
+        self._control = StepControl(tolerance=search.tolerance, maximum_iterations=iterations)
+        self._solver = NewtonKrylov(self._equations, self._control)
 
-    def peak(self, *, narrowed: bool = True) -> LocatedPeak | None:
-        """The peak, or None without one within the largest distance.
-
-        By the first parabola alone, not narrowed, three solutions are enough: what is between
-        them is interpolated.
-        """
-        parabola = self._locate(self._search.width if narrowed else np.inf)
-        if parabola is None:
+    def peak(self, *, solved: bool = True) -> LocatedPeak | None:
+        """The peak, its motion interpolated where not solved; None without one in reach."""
+        if (parabola := self._parabola) is None:
             return None
         try:
-            y = self._solution(parabola.vertex) if narrowed else self._between(parabola.vertex)
+            y = self._solution(parabola.vertex) if solved else self._between(parabola.vertex)
         except _NotConverged:
             return None
-        motion, w = self._motion(y)
+        motion, frequency = self._equations.motion(y, parabola.vertex)
         sharpness = max(parabola.sharpness, _FLATTEST)
-        # two standard deviations of the vertex, by those of three amplitudes
-        moved = np.sqrt(2) * self._roughness(parabola.vertex) / (parabola.spread * sharpness)
-        distance = parabola.distance + min(moved, parabola.spread)
+        # vertices of rough amplitudes do not converge with the spread
+        distance = parabola.distance + self._distance(parabola)
         off = abs(self._log_amplitude_of(y) - parabola.highest)
         phases = np.array(sorted(self._solutions))
         values = np.array([self._log_amplitude(one) for one in phases])
         rise = rise_within(distance, parabola.vertex, phases, values)
         return LocatedPeak(
-            frequency=w / (2 * np.pi),
+            frequency=frequency,
             motion=motion,
             phase=parabola.vertex,
             frequency_by_phase=parabola.frequency_by_phase,
             sharpness=sharpness,
-            # vertices of rough amplitudes do not converge with the spread
-            distance=parabola.distance + distance,
+            distance=distance,
             amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
+            sampling_error=self._sampling_error(y, parabola.vertex) if solved else (0.0, 0.0),
         )
 
     def start(self) -> tuple[PeriodicMotion, float] | None:
         """The motion at ``first_phase``, and its frequency [Hz]; None without one."""
         try:
-            motion, w = self._motion(self._solution(self.first_phase))
+            return self._equations.motion(self._solution(self.first_phase), self.first_phase)
         except _NotConverged:
             return None
-        return motion, w / (2 * np.pi)
 
     def slope_of_change(self, fewer: "PhaseResonance", phase: float) -> float:
         """Derivative of the change of ln amplitude from fewer harmonics by the phase [1/rad].
 
-        Between phases beside that of the peak; not a number where a motion is not found.
+        From the phase of the peak to one beside it; not a number where a motion is not found.
         """
-        sides = np.array([fewer._beside(phase, -1), fewer._beside(phase, 1)])
+        beside = fewer._beside(phase)
         try:
-            with_more, without = (
-                np.array([one._log_amplitude(side) for side in sides]) for one in (self, fewer)
-            )
+            there = self._log_amplitude(beside) - fewer._log_amplitude(beside)
+            here = self._log_amplitude(self.first_phase) - fewer._log_amplitude(phase)
         except _NotConverged:
             return np.nan
-        return float(np.diff(with_more - without)[0] / np.diff(sides)[0])
+        return (there - here) / (beside - phase)
 
-    def _locate(self, width: float) -> Parabola | None:
-        """The parabola of the peak, its vertex within a width where it can be; None without one."""
-        spread = self._search.spread
+    @cached_property
+    def _parabola(self) -> Parabola | None:
+        """The parabola of the peak, as narrow as that with fewer harmonics had to be, or None."""
+        fewer = None if self._fewer is None else self._fewer._parabola
         try:
-            best = self._around_peak(self.first_phase, spread)
+            if fewer is None or self._distance(fewer) > self._search.width:
+                return self._narrowed()
+            parabola = self._around_peak(self.first_phase, fewer.spread)
         except _NotConverged:
             return None
+        # how far a vertex converges with the spread is a matter of the curve, not of harmonics
+        return parabola and parabola._replace(
+            distance=fewer.distance, sharpness=min(parabola.sharpness, fewer.sharpness)
+        )
+
+    def _distance(self, parabola: Parabola) -> float:
+        """By how much a vertex may be off [rad], by roughness too."""
+        sharpness = max(parabola.sharpness, _FLATTEST)
+        # three standard deviations of the vertex, by those of three amplitudes
+        moved = 3 * self._roughness(parabola.vertex) / (np.sqrt(2) * parabola.spread * sharpness)
+        return parabola.distance + float(min(moved, parabola.spread))
+
+    def _narrowed(self) -> Parabola | None:
+        """The parabola of the peak, its vertex within the width where it can be."""
+        spread, width = self._search.spread, self._search.width
+        best = self._around_peak(self.first_phase, spread)
         while best is not None and min(best.distance, spread) > width:
             spread /= self._search.narrowing
             try:
@@ -309,20 +282,43 @@ class PhaseResonance:
         return None
 
     def _roughness(self, phase: float) -> float:
-        """Deviation of the logarithms of amplitudes near a phase from a cubic polynomial."""
+        """Deviation of ln amplitudes near a phase from a smooth curve."""
         near = self._near(phase)
         at = (np.array(near) - phase) / self._search.spread
-        return deviation_from_cubic(at, np.array([self._log_amplitude(x) for x in near]))
+        own = deviation_from_polynomial(at, np.array([self._log_amplitude(x) for x in near]))
+        if len(near) > 4 or self._fewer is None:
+            return own
+        # those with fewer harmonics are hardly smoother
+        return max(own, self._fewer._roughness(phase))
+
+    def _sampling_error(self, y: Array, phase: float) -> tuple[float, float]:
+        """Two standard deviations of ln w and ln amplitude by where samples begin.
+
+        Of a motion, and of those whose samples are later by a third and two thirds of their step.
+        """
+        law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
+        values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
+        for part in (1, 2):
+            equations, start = self._equations.later(y, part / 3 * 2 * np.pi / law.samples)
+            solver = NewtonKrylov(equations, self._control, self._solver)
+            x, _, _, converged, *_ = solver.solve(start, phase)
+            if converged:
+                values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
+        if len(values) == 1:
+            return np.nan, np.nan
+        frequency, amplitude = 2 * np.std(values, axis=0, ddof=1)
+        return float(frequency), float(amplitude)
 
     def _near(self, phase: float) -> list[float]:
         """The known phases within one and a half spreads of one."""
         return [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
 
-    def _beside(self, phase: float, side: int) -> float:
-        """The nearest known phase on a side of one, as far motions take long, beyond roughness."""
-        away = side * (np.array(self._near(phase)) - phase)
-        least, one = self._search.spread / 5, self._search.spread / self._search.narrowing
-        return phase + side * float(min(away[away > least], default=one))
+    def _beside(self, phase: float) -> float:
+        """The nearest known phase beside one, as far motions take long, beyond roughness."""
+        away = np.array(self._near(phase)) - phase
+        beyond = away[abs(away) > self._search.spread / 5]
+        one = self._search.spread / self._search.narrowing
+        return phase + float(min(beyond, key=abs, default=one))
 
     def _log_amplitude(self, phase: float) -> float:
         """Logarithm of the amplitude of the output point."""
@@ -331,12 +327,6 @@ class PhaseResonance:
     def _log_amplitude_of(self, y: Array) -> float:
         q, _ = self._equations.solution(y)
         return float(np.log(self._equations.output.value(q)))
-
-    def _motion(self, y: Array) -> tuple[PeriodicMotion, float]:
-        """Motion and frequency [rad/s] of a solution."""
-        q, w = self._equations.solution(y)
-        components = self.balance.components
-        return PeriodicMotion(components, components.rows(q)), w
 
     def _solution(self, phase: float) -> Array:
         """The solution at a phase."""
@@ -370,7 +360,9 @@ class PhaseResonance:
         near = self._solutions[nearest[0]]
         if len(nearest) < 3 and self._fewer is not None and self._fewer._spans(phase):
             fewer = self._fewer
-            yield near + self._with_fewer(fewer, phase) - self._with_fewer(fewer, nearest[0])
+            of_fewer = (fewer._between(one) for one in (phase, nearest[0]))
+            there, here = (self._equations.of_fewer(fewer._equations, y) for y in of_fewer)
+            yield near + there - here
         elif len(nearest) > 1:
             yield self._between(phase)
         yield near
@@ -389,11 +381,6 @@ class PhaseResonance:
         """Whether a phase is between known ones, or near enough."""
         room = self._search.spread / 2
         return min(self._solutions) - room <= phase <= max(self._solutions) + room
-
-    def _with_fewer(self, fewer: "PhaseResonance", phase: float) -> Array:
-        """The unknown of the motion with fewer harmonics at a phase."""
-        motion, w = fewer._motion(fewer._between(phase))
-        return self._equations.unknown(motion.in_components(self.balance.components).ravel(), w)
 
 
 class _NotConverged(Exception):
