@@ -167,6 +167,9 @@ def test_modal_forces_are_projections_of_those_of_the_points(
     np.testing.assert_allclose(
         found_tangent(), expected_tangent, atol=1e-12 * np.abs(expected_tangent).max()
     )
+    single = found_tangent(np.float32)
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, expected_tangent, atol=1e-5 * np.abs(expected_tangent).max())
     change = random.normal(size=amplitude.shape)
     expected_change = np.einsum("irjs,js", expected_tangent, change)
     np.testing.assert_allclose(

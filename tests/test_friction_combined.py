@@ -193,6 +193,9 @@ def test_forces_in_modal_coordinates_are_those_of_points(names):
         for d, e in itertools.product(range(len(rows)), repeat=2)
     )
     np.testing.assert_allclose(tangent(), by_modes, rtol=0, atol=1e-10 * abs(by_modes).max())
+    single = tangent(np.float32)
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, by_modes, rtol=0, atol=1e-5 * abs(by_modes).max())
     change = random.normal(size=amplitude.shape)
     along = np.einsum("irjs,js->ir", by_modes, change)
     np.testing.assert_allclose(tangent.along(change), along, rtol=0, atol=1e-10 * abs(along).max())

@@ -111,6 +111,9 @@ def test_in_modes_forces_tangents_and_delay_are_those_of_points():
     np.testing.assert_allclose(force, at_points.T @ rows[0], rtol=1e-11)
     projected = np.einsum("pr,pij,ps->irjs", rows[0], tangent, rows[0])
     np.testing.assert_allclose(of_modes(), projected, rtol=0, atol=1e-11 * abs(projected).max())
+    single = of_modes(np.float32)
+    assert single.dtype == np.float32
+    np.testing.assert_allclose(single, projected, rtol=0, atol=1e-5 * abs(projected).max())
     change = random.normal(size=amplitude.shape)
     along = np.einsum("irjs,js->ir", projected, change)
     np.testing.assert_allclose(of_modes.along(change), along, rtol=0, atol=1e-10 * abs(along).max())

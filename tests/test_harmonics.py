@@ -40,6 +40,14 @@ def test_a_motion_a_quarter_later_is_its_derivative():
     assert sign[components.bias] == 0
 
 
+def test_a_turned_motion_is_that_of_later_times():
+    components, samples, steps = Components.up_to(4), 60, 7
+    x = np.random.default_rng(1).normal(size=(len(components), 2))
+    turned = components.turned(x, steps * 2 * np.pi / samples)
+    values = components.at_samples(samples)
+    np.testing.assert_allclose(turned.T @ values, np.roll(x.T @ values, -steps, axis=1), atol=1e-12)
+
+
 def test_samples_are_sines_and_cosines_of_whole_periods():
     components, samples = Components.up_to(30), 64
     values = components.at_samples(samples)
