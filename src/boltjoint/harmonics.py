@@ -100,7 +100,7 @@ class Components(tuple[str, ...]):
         return sign[:, None] * self.rows(x)[place]
 
     def turned(self, x: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
-        """A motion earlier by an angle of the first harmonic [rad], shape (components, ...)."""
+        """A motion later by an angle of the first harmonic [rad], shape (components, ...)."""
         turn = (self.number * angle)[:, None]
         return np.cos(turn) * self.rows(x) + np.sin(turn) * self.later(x)
 

@@ -46,7 +46,7 @@ def test_a_motion_has_its_phase_in_the_time_of_the_excitation(near_peak):
 @pytest.mark.parametrize("begin", [0.0, 0.3])
 def test_derivatives_are_those_of_the_residual(near_peak, begin):
     equations, y, phase = near_peak
-    equations, y = equations.later(y, begin)
+    equations, y = equations.beginning_at(y, begin)
     _, derivative = equations.evaluate(y, phase)
     jacobian, random = derivative(), np.random.default_rng(2)
     for _ in range(3):
@@ -65,7 +65,7 @@ def test_derivatives_are_those_of_the_residual(near_peak, begin):
 
 def test_time_that_begins_whole_samples_later_has_the_same_residual(near_peak):
     equations, y, phase = near_peak
-    later, turned = equations.later(y, 4 * 2 * np.pi / SAMPLES)
+    later, turned = equations.beginning_at(y, 4 * 2 * np.pi / SAMPLES)
     residual, of_later = (one.evaluate(x, phase)[0] for one, x in ((equations, y), (later, turned)))
     back = equations.balance.components.turned(of_later[:-1], -4 * 2 * np.pi / SAMPLES)
     size = np.linalg.norm(residual)

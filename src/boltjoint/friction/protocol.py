@@ -87,7 +87,7 @@ class ModalTangent(Protocol):
     def __call__(self, precision: type[np.floating] = np.float64) -> Array:
         """D force[i, r] / d amplitude[j, s], shape (components, modes, components, modes).
 
-        In single precision in half of the time, where that is enough.
+        Of sliders in single precision in half of the time, where that is enough.
         """
 
     def along(self, change: Array) -> Array:

@@ -18,7 +18,7 @@ LazyJacobian = Callable[[], Matrix]
 """Lazily evaluated Jacobian: called where a correction needs the derivative of a residual."""
 
 Precision = type[np.floating]
-"""That numbers of a matrix need at least: single where its factors precondition only."""
+"""Type of the numbers of a matrix: single where its factors only precondition."""
 
 
 @dataclass(frozen=True, slots=True)

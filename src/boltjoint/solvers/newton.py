@@ -131,6 +131,8 @@ def solve(matrix: Matrix, right: Vector) -> Vector | None:
 #: residual of the linear equations of a correction over their right side; where it depended on how
 #: far the one before helped (Eisenstat and Walker 1996), motions at folds were not found
 _CORRECTION = 0.1
+#: tolerance of a solution over that of GMRES
+_ROUNDED = 1.1
 #: iterations of GMRES beyond which new factors cost less: over the number of unknowns, and at least
 _ITERATIONS_BY_UNKNOWNS, _ITERATIONS = 1 / 80, 5
 #: rows of a matrix whose copy stays in the cache
@@ -173,7 +175,9 @@ class NewtonKrylov:
         """
         residual, derivative = self._equations.evaluate(x, p)
         for iteration in range(self._control.maximum_iterations):
-            size = float(np.linalg.norm(residual))
+            # beyond all numbers it is infinite
+            with np.errstate(over="ignore"):
+                size = float(np.linalg.norm(residual))
             if not np.isfinite(size):
                 return Solution(x, p, iteration, converged=False)
             if size <= self._limit:
@@ -262,18 +266,10 @@ class KeptFactors:
         factors, n = self._factors, right.size
         most = max(_ITERATIONS, round(_ITERATIONS_BY_UNKNOWNS * n))
         operator = LinearOperator((n, n), lambda y: along(factors.solve(y)), dtype=float)
-        # what remains is below the tolerance by its own account: rounding may leave it just above
-        remains = [np.inf]
-        solution, _ = gmres(
-            operator,
-            right,
-            rtol=tolerance,
-            restart=most,
-            maxiter=1,
-            callback=remains.append,
-            callback_type="pr_norm",
-        )
-        return factors.solve(solution) if remains[-1] <= tolerance else None
+        solution = factors.solve(gmres(operator, right, rtol=tolerance, restart=most, maxiter=1)[0])
+        # rounding of the factors may leave what is solved just above
+        remains = np.linalg.norm(right - along(solution))
+        return solution if remains <= _ROUNDED * tolerance * np.linalg.norm(right) else None
 
 
 class _Factors(NamedTuple):

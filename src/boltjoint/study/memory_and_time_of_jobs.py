@@ -77,10 +77,10 @@ _PER_INTEGRATION = 0.03
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
 #: of a design at a level, and of each element in each vector [s]
 _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
-#: of a peak with all harmonics, and for each element, vector and component of these [s]
-_PER_CONVERGED, _PER_COMPONENT = 0.15, 7e-6
+#: of a peak with all harmonics, of each element, and of the cube of vectors and components [s]
+_PER_CONVERGED, _PER_CONVERGED_ELEMENT, _PER_CUBE = 0.3, 8e-4, 5.5e-10
 #: share of it without error bars, and of a design of which only peaks are kept
-_WITHOUT_BARS, _OF_PEAKS = 0.15, 0.3
+_WITHOUT_BARS, _OF_PEAKS = 0.3, 0.3
 #: of the regression of peaks with all harmonics, by the cube of the designs that have them [s]
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]
@@ -386,7 +386,8 @@ def _vectors(study: Study, basis: Basis) -> int:
 
 def _of_converged_peak(components: int, elements: float, vectors: int) -> float:
     """Time of a peak with so many components of its motion [s]."""
-    return _PER_CONVERGED + _PER_COMPONENT * elements * vectors * components
+    of_factors = _PER_CUBE * (vectors * components) ** 3
+    return _PER_CONVERGED + _PER_CONVERGED_ELEMENT * elements + of_factors
 
 
 def _elements(joint: JointName, pairs: float) -> float:

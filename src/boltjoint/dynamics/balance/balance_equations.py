@@ -105,11 +105,11 @@ Array = NDArray[np.float64]
 class PhaseEquations(Equations):
     """Harmonic balance with the frequency as unknown and the phase of the output as parameter.
 
-    Time runs from where the first harmonic ``s + i c`` of the output point has no phase, so that
-    ``c`` vanishes, and the excitation has that of the parameter theta, ``-theta``: motions hardly
-    change with it, as their friction does not see where time begins. In that of the excitation the
-    harmonic h turns by h theta: residuals of motions guessed from others 0.03 rad away were fifty
-    times the force. The unknown is x and, after it, ``ln w`` times the size of x.
+    Time is shifted so that the first harmonic of the output point is a sine, and the excitation
+    lags behind it by -theta, minus the parameter: friction does not see where time begins, so that
+    motions hardly change with theta. In the time of the excitation their harmonic h turns by
+    h theta: residuals of motions guessed from others 0.03 rad away were fifty times the force.
+    The unknown is x and, after it, ``ln w`` times the size of x.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class PhaseEquations(Equations):
     amplitude
         Amplitude of the output point [m], to which its deviation from the phase is compared.
     begin
-        Phase of the output point where time begins after all [rad]: samples of friction are later.
+        Phase of the output point at the first sample of friction [rad].
     """
 
     def __init__(
@@ -145,23 +145,23 @@ class PhaseEquations(Equations):
         x = balance.components.turned(x, -phase).ravel()
         return equations, equations.unknown(x, 2 * np.pi * frequency), phase
 
-    def later(self, y: Array, begin: float) -> tuple["PhaseEquations", Array]:
-        """The equations whose time begins at another phase [rad], and an unknown there."""
+    def beginning_at(self, y: Array, begin: float) -> tuple["PhaseEquations", Array]:
+        """The equations whose time begins at another phase [rad], and an unknown in that time."""
         equations = PhaseEquations(self.balance, self._size, self._amplitude, begin)
         turned = self.balance.components.turned(y[:-1], begin - self._begin)
         return equations, np.append(turned, y[-1])
 
     def of_fewer(self, fewer: "PhaseEquations", y: Array) -> Array:
-        """The unknown from that of equations with fewer harmonics, whose components come first."""
+        """The unknown from that of equations with fewer harmonics, in the time of both."""
         q, w = fewer.solution(y)
         return self.unknown(np.append(q, np.zeros(self.balance.modal_force.size - q.size)), w)
 
     def unknown(self, x: Array, w: float) -> Array:
-        """The unknown of a motion without phase at a frequency [rad/s]."""
+        """The unknown of a motion in the time of the output point at a frequency [rad/s]."""
         return np.append(x, self._size * np.log(w))
 
     def solution(self, y: Array) -> tuple[Array, float]:
-        """Motion without phase and frequency [rad/s] of an unknown."""
+        """Motion in the time of the output point and frequency [rad/s] of an unknown."""
         return y[:-1], float(np.exp(self.log_frequency(y)))
 
     def motion(self, y: Array, phase: float) -> tuple[PeriodicMotion, float]:

@@ -44,6 +44,14 @@ class Parabola(NamedTuple):
             distance=spread,
         )
 
+    def widened_by(self, other: "Parabola", distance: float) -> "Parabola":
+        """With a distance, and of both the flatter peak and the frequency that changes more."""
+        return self._replace(
+            sharpness=min(self.sharpness, other.sharpness),
+            frequency_by_phase=max(self.frequency_by_phase, other.frequency_by_phase),
+            distance=distance,
+        )
+
 
 class LocatedPeak(NamedTuple):
     """A peak of the first harmonic.
@@ -53,7 +61,7 @@ class LocatedPeak(NamedTuple):
     phase: 1 at a linear resonance, less where friction makes the peak flat; ``distance`` by which
     its phase may be off [rad]: twice that of vertices, and by roughness; ``amplitude_error``,
     relative, by both; ``sampling_error`` of frequency and amplitude, relative, by the samples of
-    friction.
+    friction, where it is estimated.
     """
 
     frequency: float
@@ -63,7 +71,7 @@ class LocatedPeak(NamedTuple):
     sharpness: float
     distance: float
     amplitude_error: float
-    sampling_error: tuple[float, float] = (0.0, 0.0)
+    sampling_error: tuple[float, float] = (np.nan, np.nan)
 
     def frequency_error(self, frequency: float, amplitude: float, slope: float) -> float:
         """Relative error of the frequency by errors of the motion at the phase of the peak.

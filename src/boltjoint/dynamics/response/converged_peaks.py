@@ -72,8 +72,8 @@ def converge_peaks(
         ``peak_harmonics``; ``peak_frequency_truncation_error`` and
         ``peak_amplitude_truncation_error``, relative: beyond the tolerances where the most
         harmonics do not suffice; not a number where the response has no peak, fewer than two with
-        more harmonics are found, no motion with further ones is, or its law has no elements that
-        can be followed in time. ``peak_frequency_inertia_error`` and
+        more harmonics are found, no motion with further ones or later samples is, or its law has no
+        elements that can be followed in time. ``peak_frequency_inertia_error`` and
         ``peak_amplitude_inertia_error``, relative: what inertia of vectors of the basis that are no
         modes changes in further harmonics, 0 in a basis of modes (``inertia_of_basis``).
         ``superharmonic_order``, 0 without one, ``superharmonic_frequency`` [Hz] and

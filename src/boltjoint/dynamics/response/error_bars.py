@@ -18,9 +18,9 @@ class ConvergedPeak(NamedTuple):
     """The peaks of a force level, with the truncation errors and a superharmonic of the last.
 
     ``truncation_error`` of frequency and amplitude, relative; not a number where no peak with more
-    harmonics than the first is found, or no motion with further ones near. ``inertia_error`` of
-    both, by vectors of the basis that are no modes (``inertia_of_basis``); not a number where it is
-    not known.
+    harmonics than the first is found, or no motion with further ones or later samples near.
+    ``inertia_error`` of both, by vectors of the basis that are no modes (``inertia_of_basis``); not
+    a number where it is not known.
     """
 
     sequence: PeakSequence = PeakSequence(())
@@ -40,7 +40,8 @@ class ConvergedPeak(NamedTuple):
     def extrapolated(self) -> "ConvergedPeak":
         """The same with the truncation error that the last change of the sequence tells.
 
-        With what the phase of the last peak may be off. Not a number with fewer than two changes.
+        With what the phase of the last peak may be off, and what samples change. Not a number with
+        fewer than two changes, or where samples are not known to change little.
         """
         frequency, amplitude = self.sequence.extrapolated_change.tolist()
         known = len(self.sequence.peaks) > 2

@@ -40,6 +40,9 @@ Array = NDArray[np.float64]
 
 #: sharpness that counts, at least: amplitudes of flatter peaks tell nothing of their phase
 _FLATTEST = 0.01
+#: standard deviations of three values within which their mean is, with a confidence of 95 %
+_STUDENT = 4.3
+_UNKNOWN = (np.nan, np.nan)
 
 
 @dataclass(frozen=True)
@@ -53,7 +56,7 @@ class PeakSearch(Options):
         friction makes amplitudes rough. Their slopes are of no use: they jump where a sample
         changes its state, so that peaks found by a slope were up to 1.4 % too low.
     narrowing
-        Ratio of spreads of parabolas that follow.
+        Ratio of spreads of parabolas that follow. With more harmonics the last one is enough.
     smallest_step
         Step of the phase [rad] below which a solution that is not found is given up.
     largest_turn
@@ -63,7 +66,7 @@ class PeakSearch(Options):
         From the frequency of the peak with fewer harmonics, over it: beyond it lies another
         resonance.
     width
-        Within which the phase of the peak is located [rad], by the vertices of two parabolas, where
+        Within which the phase of the peak is located [rad], by the vertices of two parabolas where
         roughness allows: the amplitude is off by half of its square, the frequency by it times the
         damping ratio, both less than truncation errors.
     tolerance
@@ -80,6 +83,11 @@ class PeakSearch(Options):
     width: float = 3e-3
     tolerance: float = 1e-6
     iterations: int = 50
+
+    @property
+    def control(self) -> StepControl:
+        """Tolerance and iterations of a solution."""
+        return StepControl(tolerance=self.tolerance, maximum_iterations=self.iterations)
 
 
 def find_peak(
@@ -165,13 +173,12 @@ class PhaseResonance:
         checks.instance("search", search, PeakSearch)
         frequency = checks.number("frequency", frequency, above=0)
         self.balance = balance
-        start_of = PhaseEquations.near(balance, start, frequency)
-        self._equations, self._start, self.first_phase = start_of
+        self._equations, self._start, phase = PhaseEquations.near(balance, start, frequency)
+        turns = 0 if fewer is None else round((fewer.first_phase - phase) / (2 * np.pi))
+        self.first_phase: float = phase + 2 * np.pi * turns
         self._fewer, self._search = fewer, search
         self._solutions: dict[float, Array] = {}
-        iterations = search.iterations
-        self._control = StepControl(tolerance=search.tolerance, maximum_iterations=iterations)
-        self._solver = NewtonKrylov(self._equations, self._control)
+        self._solver = NewtonKrylov(self._equations, search.control)
 
     def peak(self, *, solved: bool = True) -> LocatedPeak | None:
         """The peak, its motion interpolated where not solved; None without one in reach."""
@@ -197,7 +204,7 @@ class PhaseResonance:
             sharpness=sharpness,
             distance=distance,
             amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
-            sampling_error=self._sampling_error(y, parabola.vertex) if solved else (0.0, 0.0),
+            sampling_error=self._sampling_error(y, parabola.vertex) if solved else _UNKNOWN,
         )
 
     def start(self) -> tuple[PeriodicMotion, float] | None:
@@ -223,17 +230,22 @@ class PhaseResonance:
     @cached_property
     def _parabola(self) -> Parabola | None:
         """The parabola of the peak, as narrow as that with fewer harmonics had to be, or None."""
-        fewer = None if self._fewer is None else self._fewer._parabola
         try:
-            if fewer is None or self._distance(fewer) > self._search.width:
-                return self._narrowed()
-            parabola = self._around_peak(self.first_phase, fewer.spread)
+            return self._as_narrow_as_with_fewer() or self._narrowed()
         except _NotConverged:
             return None
-        # how far a vertex converges with the spread is a matter of the curve, not of harmonics
-        return parabola and parabola._replace(
-            distance=fewer.distance, sharpness=min(parabola.sharpness, fewer.sharpness)
-        )
+
+    def _as_narrow_as_with_fewer(self) -> Parabola | None:
+        """A parabola as narrow as that with fewer harmonics; None where either is too rough."""
+        if (of_fewer := self._fewer) is None or (fewer := of_fewer._parabola) is None:
+            return None
+        if of_fewer._distance(fewer) > self._search.width:
+            return None
+        if (own := self._around_peak(self.first_phase, fewer.spread)) is None:
+            return None
+        # how far vertices converge with the spread is a matter of the curve, not of harmonics
+        own = own.widened_by(fewer, fewer.distance)
+        return own if self._distance(own) <= self._search.width else None
 
     def _distance(self, parabola: Parabola) -> float:
         """By how much a vertex may be off [rad], by roughness too."""
@@ -259,12 +271,7 @@ class PhaseResonance:
             distance = abs(parabola.vertex - best.vertex) / (self._search.narrowing - 1)
             if distance > best.distance and high < low:
                 break
-            sharpness = min(parabola.sharpness, best.sharpness)
-            # of the widest, where frequencies are the least rough
-            by_phase = best.frequency_by_phase
-            best = parabola._replace(
-                distance=distance, sharpness=sharpness, frequency_by_phase=by_phase
-            )
+            best = parabola.widened_by(best, distance)
         return best
 
     def _around_peak(self, first: float, spread: float) -> Parabola | None:
@@ -292,21 +299,22 @@ class PhaseResonance:
         return max(own, self._fewer._roughness(phase))
 
     def _sampling_error(self, y: Array, phase: float) -> tuple[float, float]:
-        """Two standard deviations of ln w and ln amplitude by where samples begin.
+        """Errors of ln w and ln amplitude by where samples begin, with a confidence of 95 %.
 
-        Of a motion, and of those whose samples are later by a third and two thirds of their step.
+        By a motion and those whose samples are later by a third and two thirds of their step: 4.3
+        standard deviations (Student's t of three). Not a number where one of them is not found.
         """
         law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
         values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
         for part in (1, 2):
-            equations, start = self._equations.later(y, part / 3 * 2 * np.pi / law.samples)
-            solver = NewtonKrylov(equations, self._control, self._solver)
+            equations, start = self._equations.beginning_at(y, part / 3 * 2 * np.pi / law.samples)
+            solver = NewtonKrylov(equations, self._search.control, self._solver)
             x, _, _, converged, *_ = solver.solve(start, phase)
-            if converged:
-                values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
-        if len(values) == 1:
-            return np.nan, np.nan
-        frequency, amplitude = 2 * np.std(values, axis=0, ddof=1)
+            moved = abs(equations.log_frequency(x - y))
+            if not converged or moved > self._search.largest_distance:
+                return _UNKNOWN
+            values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
+        frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
         return float(frequency), float(amplitude)
 
     def _near(self, phase: float) -> list[float]:
