@@ -114,7 +114,9 @@ def test_peaks_in_the_basis_are_those_of_all_modes_within_its_estimate(block, la
         for modes in (find_modes(structure, f"all-{structure.dofs}"), basis, one)
     ]
     if not condition.contact.declaration.has_closed_form:
-        joints = [replace(each, law=AlternatingFrequencyTime(each.law)) for each in joints]
+        joints = [
+            replace(each, law=AlternatingFrequencyTime(each.law, samples=64)) for each in joints
+        ]
     for force in (10.0, 60.0):
         branches = [solve_branch(each, force, damping=LOSS_FACTOR) for each in joints]
         assert all(each.complete for each in branches)
