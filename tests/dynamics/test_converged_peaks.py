@@ -11,7 +11,11 @@ from small_joint import connect_small, make_joint
 from boltjoint.dynamics.balance.balance_equations import PhaseEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
-from boltjoint.dynamics.response import frequency_response
+from boltjoint.dynamics.response import (
+    frequency_response,
+    left_out_harmonics,
+    phase_resonance,
+)
 from boltjoint.dynamics.response.converged_peaks import converge_peaks
 from boltjoint.dynamics.response.error_bars import ConvergedPeak, add_converged_peaks
 from boltjoint.dynamics.response.frequency_response import solve_response
@@ -19,6 +23,7 @@ from boltjoint.dynamics.response.harmonic_convergence import HarmonicConvergence
 from boltjoint.dynamics.response.left_out_harmonics import (
     LeftOutHarmonics,
     change_by_left_out_harmonics,
+    with_more_harmonics,
 )
 from boltjoint.dynamics.response.phase_resonance import PeakSearch, PhaseResonance, find_peak
 from boltjoint.dynamics.response.response_file import to_dataset
@@ -163,6 +168,34 @@ def test_a_peak_is_sought_with_more_harmonics_a_few_at_a_time_where_all_do_not_c
     assert found["peak_harmonics"] >= 9
     # contact that opens leaves much to further harmonics
     assert abs(response["peak_amplitude"] / found["peak_amplitude_converged"] - 1) > 0.05
+
+
+@pytest.mark.usefixtures("stability_of_one_harmonic")
+def test_a_peak_that_is_not_found_at_once_is_found_from_beside(monkeypatch):
+    joint, force, loss_factor = error_bars.small_joint("variable", 28, seed=3)
+    frequency, motion = motion_at_peak(solve_response(joint, [force], damping=loss_factor), force)
+    at = joint, frequency, force, loss_factor, motion
+    few, many = (find_peak(*at, harmonics=9, samples=samples) for samples in (256, 2048))
+    assert few.frequency == pytest.approx(many.frequency, rel=3e-4)
+    monkeypatch.setattr(phase_resonance, "_BESIDE", 0.0)
+    assert find_peak(*at, harmonics=9) is None
+
+
+def test_left_out_harmonics_are_sought_with_other_samples_too(either, monkeypatch):
+    joint, response = either
+    asked = []
+
+    def lost(balance, *args, **kwargs):
+        asked.append(balance.joint.law)
+        fails = len(asked) % 2 == 1
+        return None if fails else with_more_harmonics(balance, *args, **kwargs)
+
+    monkeypatch.setattr(left_out_harmonics, "with_more_harmonics", lost)
+    found = converge_peaks(joint, response.isel(force=[-1]))
+    assert np.isfinite(found["peak_amplitude_truncation_error"]).all()
+    first, second = asked[:2]
+    assert second.harmonics == first.harmonics
+    assert second.samples == 1.5 * first.samples
 
 
 def test_a_peak_without_the_motion_of_left_out_harmonics_has_no_error_bar(either, caplog):

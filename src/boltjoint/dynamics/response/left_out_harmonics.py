@@ -126,14 +126,14 @@ def change_by_left_out_harmonics(
     motion, frequency = peak.motion, peak.frequency
     changes: list[NDArray[np.float64]] = []
     for times in range(2, options.times + 1):
-        highest = times * law.harmonics
-        samples = max(options.finer * law.samples, 4 * highest)
-        extended = AlternatingFrequencyTime(law.elements, highest, samples)
-        more = replace(balance, joint=replace(balance.joint, law=extended))
-        if times > 2 and _fall(more, motion, frequency, law.harmonics) < options.smallest_fall:
+        finer = options.finer, options.finer + 1
+        more = [_with_times(balance, law, times, samples=one * law.samples) for one in finer]
+        if times > 2 and _fall(more[0], motion, frequency, law.harmonics) < options.smallest_fall:
             break
-        found = with_more_harmonics(more, motion, frequency, options, fewer=resonance)
-        if found is None:
+        # where sliders stop near a sample there may be none, but one with other samples
+        at = motion, frequency, options
+        tried = (with_more_harmonics(each, *at, fewer=resonance) for each in more)
+        if (found := next(filter(None, tried), None)) is None:
             return LeftOutChange()
         motion, frequency, at_phases = found
         after = np.array([frequency, abs(motion.amplitude(mode))])
@@ -147,6 +147,15 @@ def change_by_left_out_harmonics(
         # as the amplitudes at all phases
         slope *= largest[1] / amplitude
     return LeftOutChange(float(largest[0]), float(largest[1]), float(slope))
+
+
+def _with_times(
+    balance: HarmonicBalance, law: AlternatingFrequencyTime, times: int, samples: int
+) -> HarmonicBalance:
+    """A balance with several times its harmonics, and samples, as many as these need at least."""
+    harmonics = times * law.harmonics
+    extended = AlternatingFrequencyTime(law.elements, harmonics, max(samples, 4 * harmonics))
+    return replace(balance, joint=replace(balance.joint, law=extended))
 
 
 def with_more_harmonics(

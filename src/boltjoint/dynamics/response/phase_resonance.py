@@ -17,7 +17,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BarycentricInterpolator
 
 from boltjoint import checks
 from boltjoint.damping import Damping
@@ -30,6 +29,7 @@ from boltjoint.dynamics.response.amplitude_by_phase import (
     deviation_from_polynomial,
     rise_within,
 )
+from boltjoint.dynamics.response.solutions_by_phase import SolutionsByPhase
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.joint.model import Joint
 from boltjoint.options import Options
@@ -43,6 +43,8 @@ _FLATTEST = 0.01
 #: standard deviations of three values within which their mean is, with a confidence of 95 %
 _STUDENT = 4.3
 _UNKNOWN = (np.nan, np.nan)
+#: distance from the phase of a peak at which motions are found from far [rad]
+_BESIDE = 0.4
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ class PhaseResonance:
         turns = 0 if fewer is None else round((fewer.first_phase - phase) / (2 * np.pi))
         self.first_phase: float = phase + 2 * np.pi * turns
         self._fewer, self._search = fewer, search
-        self._solutions: dict[float, Array] = {}
+        self._solutions = SolutionsByPhase()
         self._solver = NewtonKrylov(self._equations, search.control)
 
     def peak(self, *, solved: bool = True) -> LocatedPeak | None:
@@ -185,7 +187,11 @@ class PhaseResonance:
         if (parabola := self._parabola) is None:
             return None
         try:
-            y = self._solution(parabola.vertex) if solved else self._between(parabola.vertex)
+            y = (
+                self._solution(parabola.vertex)
+                if solved
+                else self._solutions.between(parabola.vertex)
+            )
         except _NotConverged:
             return None
         motion, frequency = self._equations.motion(y, parabola.vertex)
@@ -290,7 +296,7 @@ class PhaseResonance:
 
     def _roughness(self, phase: float) -> float:
         """Deviation of ln amplitudes near a phase from a smooth curve."""
-        near = self._near(phase)
+        near = self._solutions.within(1.5 * self._search.spread, phase)
         at = (np.array(near) - phase) / self._search.spread
         own = deviation_from_polynomial(at, np.array([self._log_amplitude(x) for x in near]))
         if len(near) > 4 or self._fewer is None:
@@ -317,13 +323,9 @@ class PhaseResonance:
         frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
         return float(frequency), float(amplitude)
 
-    def _near(self, phase: float) -> list[float]:
-        """The known phases within one and a half spreads of one."""
-        return [x for x in self._solutions if abs(x - phase) <= 1.5 * self._search.spread]
-
     def _beside(self, phase: float) -> float:
         """The nearest known phase beside one, as far motions take long, beyond roughness."""
-        away = np.array(self._near(phase)) - phase
+        away = np.array(self._solutions.within(1.5 * self._search.spread, phase)) - phase
         beyond = away[abs(away) > self._search.spread / 5]
         one = self._search.spread / self._search.narrowing
         return phase + float(min(beyond, key=abs, default=one))
@@ -349,11 +351,24 @@ class PhaseResonance:
             # other resonances have the same phases
             if solution.converged and moved <= self._search.largest_distance:
                 return solution.x
-        nearest = self._nearest(phase)
+        nearest = self._solutions.nearest(phase)
+        if not nearest and self._search.smallest_step < _BESIDE:
+            return self._from_beside(phase)
         if not nearest or abs(phase - nearest[0]) < self._search.smallest_step:
             raise _NotConverged
         # by a solution between
         self._solution((phase + nearest[0]) / 2)
+        return self._solve(phase)
+
+    def _from_beside(self, phase: float) -> Array:
+        """The first solution by one beside the peak, where motions hardly depend on friction."""
+        for beside in (phase + _BESIDE, phase - _BESIDE):
+            found = self._solver.solve(self._start, beside)
+            moved = abs(self._equations.log_frequency(found.x - self._start))
+            if found.converged and moved <= self._search.largest_distance:
+                self._solutions[beside] = found.x
+        if not self._solutions:
+            raise _NotConverged
         return self._solve(phase)
 
     def _guesses(self, phase: float) -> Iterator[Array]:
@@ -361,34 +376,19 @@ class PhaseResonance:
 
         Three solutions with these harmonics tell more than those with fewer.
         """
-        nearest = self._nearest(phase)
+        nearest = self._solutions.nearest(phase)
         if not nearest:
             yield self._start
             return
         near = self._solutions[nearest[0]]
-        if len(nearest) < 3 and self._fewer is not None and self._fewer._spans(phase):
-            fewer = self._fewer
-            of_fewer = (fewer._between(one) for one in (phase, nearest[0]))
+        fewer, room = self._fewer, self._search.spread / 2
+        if len(nearest) < 3 and fewer is not None and fewer._solutions.span(phase, room):
+            of_fewer = (fewer._solutions.between(one) for one in (phase, nearest[0]))
             there, here = (self._equations.of_fewer(fewer._equations, y) for y in of_fewer)
             yield near + there - here
         elif len(nearest) > 1:
-            yield self._between(phase)
+            yield self._solutions.between(phase)
         yield near
-
-    def _nearest(self, phase: float) -> list[float]:
-        """The known phases, the nearest one first."""
-        return sorted(self._solutions, key=lambda other: abs(other - phase))
-
-    def _between(self, phase: float) -> Array:
-        """Interpolated between the three nearest known solutions."""
-        near = self._nearest(phase)[:3]
-        weights = BarycentricInterpolator(near, np.eye(len(near)))(phase)
-        return sum(x * self._solutions[one] for one, x in zip(near, weights, strict=True))
-
-    def _spans(self, phase: float) -> bool:
-        """Whether a phase is between known ones, or near enough."""
-        room = self._search.spread / 2
-        return min(self._solutions) - room <= phase <= max(self._solutions) + room
 
 
 class _NotConverged(Exception):
