@@ -307,21 +307,23 @@ class PhaseResonance:
     def _sampling_error(self, y: Array, phase: float) -> tuple[float, float]:
         """Errors of ln w and ln amplitude by where samples begin, with a confidence of 95 %.
 
-        By a motion and those whose samples are later by a third and two thirds of their step: 4.3
-        standard deviations (Student's t of three). Not a number where one of them is not found.
+        By three motions whose samples lie a third of their step apart, or other parts: 4.3 standard
+        deviations (Student's t of three). Not a number where no three are found.
         """
         law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
         values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
-        for part in (1, 2):
-            equations, start = self._equations.beginning_at(y, part / 3 * 2 * np.pi / law.samples)
+        for sixths in (2, 4, 3, 1, 5):
+            begin = sixths / 6 * 2 * np.pi / law.samples
+            equations, start = self._equations.beginning_at(y, begin)
             solver = NewtonKrylov(equations, self._search.control, self._solver)
             x, _, _, converged, *_ = solver.solve(start, phase)
             moved = abs(equations.log_frequency(x - y))
-            if not converged or moved > self._search.largest_distance:
-                return _UNKNOWN
-            values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
-        frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
-        return float(frequency), float(amplitude)
+            if converged and moved <= self._search.largest_distance:
+                values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
+            if len(values) == 3:
+                frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
+                return float(frequency), float(amplitude)
+        return _UNKNOWN
 
     def _beside(self, phase: float) -> float:
         """The nearest known phase beside one, as far motions take long, beyond roughness."""
