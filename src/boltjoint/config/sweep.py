@@ -140,7 +140,7 @@ class Sweep(Entry):
     ``check`` tells what they leave out."""
     error_bars: StrictBool = True
     """Whether error bars of ``converged-peaks`` are estimated, of designs and of those of
-    ``check``. They take nine tenths of the time of a peak. Without them what the last harmonics
+    ``check``. They take four fifths of the time of a peak. Without them what the last harmonics
     changed, extrapolated, counts in their place, and peaks are located with three harmonics
     only: their frequencies and amplitudes were up to 6e-4 off for that."""
     converged_designs: NumbersOfConverged | None = None

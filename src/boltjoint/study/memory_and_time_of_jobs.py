@@ -80,7 +80,7 @@ _PER_DESIGN, _PER_ELEMENT = 4e-3, 5e-6
 #: of a peak with all harmonics, of each element, and of the cube of vectors and components [s]
 _PER_CONVERGED, _PER_CONVERGED_ELEMENT, _PER_CUBE = 0.3, 8e-4, 5.5e-10
 #: share of it without error bars, and of a design of which only peaks are kept
-_WITHOUT_BARS, _OF_PEAKS = 0.3, 0.3
+_WITHOUT_BARS, _OF_PEAKS = 0.2, 0.3
 #: of the regression of peaks with all harmonics, by the cube of the designs that have them [s]
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]

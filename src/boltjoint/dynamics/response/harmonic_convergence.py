@@ -165,7 +165,7 @@ def converge_peak(
         Numbers of harmonics and tolerances.
     at_one_phase
         Whether a peak is located with the fewest harmonics only, and the motion at its phase stands
-        for those with more: in a third of the time, within 2e-4 of the frequency and 4e-4 of the
+        for those with more: in half of the time, within 2e-4 of the frequency and 4e-4 of the
         amplitude in 40 designs of ``three_bolt_uncertainty``, 6e-4 and 4e-4 in smaller joints.
         ``ConvergedPeak.extrapolated`` holds it where amplitudes are smooth over the phase.
 
