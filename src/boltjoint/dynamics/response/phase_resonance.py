@@ -187,11 +187,8 @@ class PhaseResonance:
         if (parabola := self._parabola) is None:
             return None
         try:
-            y = (
-                self._solution(parabola.vertex)
-                if solved
-                else self._solutions.between(parabola.vertex)
-            )
+            motion_at = self._solution if solved else self._solutions.between
+            y = motion_at(parabola.vertex)
         except _NotConverged:
             return None
         motion, frequency = self._equations.motion(y, parabola.vertex)
@@ -316,10 +313,8 @@ class PhaseResonance:
             begin = sixths / 6 * 2 * np.pi / law.samples
             equations, start = self._equations.beginning_at(y, begin)
             solver = NewtonKrylov(equations, self._search.control, self._solver)
-            x, _, _, converged, *_ = solver.solve(start, phase)
-            moved = abs(equations.log_frequency(x - y))
-            if converged and moved <= self._search.largest_distance:
-                values.append((equations.log_frequency(x), self._log_amplitude_of(x)))
+            if (x := self._find(solver, start, phase, y)) is not None:
+                values.append((self._equations.log_frequency(x), self._log_amplitude_of(x)))
             if len(values) == 3:
                 frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
                 return float(frequency), float(amplitude)
@@ -348,11 +343,8 @@ class PhaseResonance:
 
     def _solve(self, phase: float) -> Array:
         for guess in self._guesses(phase):
-            solution = self._solver.solve(guess, phase)
-            moved = abs(self._equations.log_frequency(solution.x - self._start))
-            # other resonances have the same phases
-            if solution.converged and moved <= self._search.largest_distance:
-                return solution.x
+            if (x := self._find(self._solver, guess, phase, self._start)) is not None:
+                return x
         nearest = self._solutions.nearest(phase)
         if not nearest and self._search.smallest_step < _BESIDE:
             return self._from_beside(phase)
@@ -365,13 +357,18 @@ class PhaseResonance:
     def _from_beside(self, phase: float) -> Array:
         """The first solution by one beside the peak, where motions hardly depend on friction."""
         for beside in (phase + _BESIDE, phase - _BESIDE):
-            found = self._solver.solve(self._start, beside)
-            moved = abs(self._equations.log_frequency(found.x - self._start))
-            if found.converged and moved <= self._search.largest_distance:
-                self._solutions[beside] = found.x
+            if (x := self._find(self._solver, self._start, beside, self._start)) is not None:
+                self._solutions[beside] = x
         if not self._solutions:
             raise _NotConverged
         return self._solve(phase)
+
+    def _find(self, solver: NewtonKrylov, guess: Array, phase: float, near: Array) -> Array | None:
+        """The solution by a guess; None without one at a frequency near that of another."""
+        x, _, _, converged, *_ = solver.solve(guess, phase)
+        moved = abs(self._equations.log_frequency(x - near))
+        # other resonances have the same phases
+        return x if converged and moved <= self._search.largest_distance else None
 
     def _guesses(self, phase: float) -> Iterator[Array]:
         """By the change with fewer harmonics, between known solutions, the nearest, or the start.
