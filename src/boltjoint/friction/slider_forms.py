@@ -119,14 +119,35 @@ def integrate_friction(
     """Harmonic forces of sliders on their points, as ``ElementLaw.forces_in_time``.
 
     The normal load of a slider is that of its spring and never negative; the friction force is that
-    of its spring, bounded by mu times the normal load.
+    of its spring, bounded by mu times the normal load. A slider that its spring cannot move at any
+    phase has the force of the spring, which needs no samples.
     """
     phase = 2 * np.pi * np.arange(1, samples + 1) / samples
     table = np.column_stack([np.sin(phase), np.cos(phase)])
+    x = tangential_stiffness[:, None] * motion[point, :3]
+    n = np.zeros_like(x)
+    if normal_stiffness is not None:
+        n = normal_stiffness[:, None] * motion[point, 3:]
+    load = normal_load + n[:, 0]
+    n[:, 0] = load - np.maximum(normal_load, 0)
+    least = load - np.hypot(n[:, 1], n[:, 2])
+    sticks = np.abs(x[:, 0]) + np.hypot(x[:, 1], x[:, 2]) <= friction_coefficient * least
+    moved = ~sticks
     force = np.zeros_like(motion)
-    springs = point, tangential_stiffness, normal_stiffness
-    _integrate_friction(*springs, normal_load, friction_coefficient, motion, table, force)
-    return force * np.tile([1 / samples, 2 / samples, 2 / samples], 2)
+    _integrate_friction(
+        point[moved],
+        tangential_stiffness[moved],
+        None if normal_stiffness is None else normal_stiffness[moved],
+        normal_load[moved],
+        friction_coefficient[moved],
+        motion,
+        table,
+        force,
+    )
+    force *= np.tile([1 / samples, 2 / samples, 2 / samples], 2)
+    changes = x if normal_stiffness is None else np.hstack([x, n])
+    np.add.at(force[:, : changes.shape[1]], point[sticks], changes[sticks])
+    return force
 
 
 @kept_loop
