@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 #: a model: joint and damping of its structure by values of the parameters
 Model = Callable[[Mapping[str, float]], tuple[Joint, Damping]]
+#: the same by parameters in their scales, in the configuration of a curve
+JointAt = Callable[[Array, Measurement], tuple[Joint, Damping]]
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,8 @@ class ModelCurves:
     def _paired(self, curve: Measurement) -> int | None:
         """The mode of a curve, at middle or ends of the bounds; its sensors are of the model."""
         low, high = self.space.bounds
-        joint, *others = (self._joint(at, curve)[0] for at in ((low + high) / 2, low, high))
+        at_bounds = ((low + high) / 2, low, high)
+        joint, *others = (self._made(self._values(at, curve))[0] for at in at_bounds)
         known = joint.sensors.by_name
         for sensor in curve.sensors:
             if sensor not in known:
@@ -143,25 +146,28 @@ class ModelCurves:
         slopes
             Whether derivatives are computed; empty otherwise.
         """
-        curves = []
+        curves, joint_at = [], self._once()
         for n, curve in enumerate(self.measured):
             is_backbone = isinstance(curve, MeasuredBackbone)
             given = amplitudes[n] if is_backbone and amplitudes is not None else curve.amplitude
             levels = np.asarray(given)
             factor, places = self._amplitude_scale(scaled, curve.name)
             solve = self._backbone if is_backbone else self._response
-            values, by_amplitude, by_parameter = solve(scaled, n, factor * levels, slopes)
+            solved = solve(joint_at, scaled, n, factor * levels, slopes)
+            values, by_amplitude, by_parameter = solved
             for place, by_scaled in places if slopes else ():
                 by_parameter[:, :, place] += by_amplitude * by_scaled
             curves.append((values, by_parameter))
         return curves
 
-    def _backbone(self, scaled: Array, n: int, levels: Array, slopes: bool) -> LevelCurve:
+    def _backbone(
+        self, joint_at: JointAt, scaled: Array, n: int, levels: Array, slopes: bool
+    ) -> LevelCurve:
         """Frequency and damping of a mode at amplitudes, and derivatives."""
         curve = self.measured[n]
 
         def mode_at(at: Array) -> SensedMode:
-            joint, damping = self._joint(at, curve)
+            joint, damping = joint_at(at, curve)
             equations = EPMCEquations(joint, damping, self.resonances[n] or 1)
             row = None if curve.quantity == MODAL else _row(joint, curve.sensor)
             return SensedMode(equations, row, curve.quantity)
@@ -169,12 +175,14 @@ class ModelCurves:
         near = neighbours_of(mode_at, scaled, self.space.bounds) if slopes else ()
         return solve_points(mode_at(scaled), levels, near)
 
-    def _response(self, scaled: Array, n: int, levels: Array, slopes: bool) -> LevelCurve:
+    def _response(
+        self, joint_at: JointAt, scaled: Array, n: int, levels: Array, slopes: bool
+    ) -> LevelCurve:
         """Logarithm of the excitation, and phase if it is compared, and derivatives."""
         curve = checks.instance("measured", self.measured[n], MeasuredResponse)
 
         def balance_at(at: Array) -> HarmonicBalance:
-            return HarmonicBalance(*self._joint(at, curve), 1.0)
+            return HarmonicBalance(*joint_at(at, curve), 1.0)
 
         near = neighbours_of(balance_at, scaled, self.space.bounds) if slopes else ()
         balance = balance_at(scaled)
@@ -183,11 +191,30 @@ class ModelCurves:
         compared = slice(len(curve.quantities))
         return LevelCurve(*(values[:, compared] for values in solved))
 
-    def _joint(self, scaled: Array, curve: Measurement) -> tuple[Joint, Damping]:
-        """The model with fitted values, in the configuration of a curve."""
+    def _once(self) -> JointAt:
+        """The model by parameters in their scales, made once for curves that have it in common.
+
+        Parameters that are none of the joint leave it the same object.
+        """
+        made: dict[tuple[tuple[str, float], ...], tuple[Joint, Damping]] = {}
+
+        def joint_at(scaled: Array, curve: Measurement) -> tuple[Joint, Damping]:
+            values = self._values(scaled, curve)
+            key = tuple(sorted(values.items()))
+            if key not in made:
+                made[key] = self._made(values)
+            return made[key]
+
+        return joint_at
+
+    def _values(self, scaled: Array, curve: Measurement) -> dict[str, float]:
+        """Fitted values of the model, in the configuration of a curve."""
         values = self.space.values(scaled)
         own = {n: x for n, x in values.items() if n.partition("[")[0] != AMPLITUDE_SCALE}
-        made = self.model({**own, **curve.configuration})
+        return {**own, **curve.configuration}
+
+    def _made(self, values: Mapping[str, float]) -> tuple[Joint, Damping]:
+        made = self.model(values)
         if not (isinstance(made, tuple) and len(made) == 2):
             raise ValueError("model must return a joint and the damping of its structure")
         checks.instance("joint of model", made[0], Joint)

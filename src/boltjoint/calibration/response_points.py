@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from boltjoint.calibration.level_path import LevelCurve, LevelPath, LUFactors, NotReached, corrected
+from boltjoint.dynamics.balance.compiled_balance import CompiledBalance
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.measurement.signals import MOTIONS
 from boltjoint.solvers.equations import LazyJacobian
@@ -27,6 +28,39 @@ Array = NDArray[np.float64]
 _FIRST = 1e-3
 
 
+class ForcedBalance:
+    """A balance under an excitation of any level and phase.
+
+    Parameters
+    ----------
+    balance
+        Of a joint under an excitation of level 1.
+    """
+
+    def __init__(self, balance: HarmonicBalance) -> None:
+        self.balance, self._solved = balance, CompiledBalance.of(balance) or balance
+        #: excitation of level 1, and the same a quarter of a period later, (unknowns, 2)
+        self.excitation = np.column_stack([balance.modal_force, self.later(balance.modal_force)])
+
+    def later(self, x: Array) -> Array:
+        """A motion a quarter of a period later."""
+        return self.balance.components.later(x).ravel()
+
+    def unexcited(self, x: Array, w: float) -> tuple[Array, LazyJacobian]:
+        """Forces at a motion and a frequency [rad/s] that the excitation has to balance.
+
+        Their Jacobian can be formed until the next evaluation.
+        """
+        residual, stiffness = self._solved.residual_and_jacobian(x, w)
+        return residual + self.balance.modal_force, stiffness
+
+    def residual(self, y: Array, w: float) -> Array:
+        """Residual at the unknown of a ``SensedMotion``, without what its sensor asks for."""
+        a = np.exp(y[-1])
+        unexcited, _ = self.unexcited(a * y[:-3], w)
+        return np.asarray(unexcited / (a * w**2) - self.excitation @ y[-3:-1])
+
+
 class SensedMotion:
     """The equations of a motion at one frequency, with the amplitude that a sensor measures.
 
@@ -34,8 +68,8 @@ class SensedMotion:
 
     Parameters
     ----------
-    balance
-        Of a joint under an excitation of level 1.
+    forced
+        The joint and its excitation.
     row
         Modes at the sensor, shape (linear modes,).
     quantity
@@ -44,12 +78,10 @@ class SensedMotion:
         Frequency [rad/s].
     """
 
-    def __init__(self, balance: HarmonicBalance, row: Array, quantity: str, w: float) -> None:
+    def __init__(self, forced: ForcedBalance, row: Array, quantity: str, w: float) -> None:
         self.w = w
-        self._balance, self._row, self._order = balance, row, MOTIONS[quantity]
+        self._forced, self._row, self._order = forced, row, MOTIONS[quantity]
         self._length = float(np.linalg.norm(row))
-        #: excitation of level 1, and the same a quarter of a period later, (unknowns, 2)
-        self._excitation = np.column_stack([balance.modal_force, self._later(balance.modal_force)])
         #: where the residual was evaluated last: without excitation, and its Jacobian
         self._unexcited = np.zeros(0)
         self._stiffness: LazyJacobian = lambda: np.zeros((0, 0))
@@ -66,23 +98,23 @@ class SensedMotion:
         NotReached
             If the excitation does not move the sensor.
         """
-        response = self._balance.stuck_solution(self.w)
+        response = self._forced.balance.stuck_solution(self.w)
         s, c = (part @ self._row for part in self._parts(response))
         square = s * s + c * c
         if square <= 0:
             raise NotReached("the excitation does not move the sensor")
         # the response times a complex number, of which that of the sensor becomes real
         real, imaginary = self._length / square * np.array([s, -c])
-        phi = real * response + imaginary * self._later(response)
+        phi = real * response + imaginary * self._forced.later(response)
         return np.append(phi, [real / self.w**2, imaginary / self.w**2, level])
 
     def residual(self, y: Array, level: float) -> Array:
         """Residual at an unknown; the last entry is that of the level."""
         phi, a = y[:-3], np.exp(y[-1])
-        excited, self._stiffness = self._balance.residual_and_jacobian(a * phi, self.w)
-        self._unexcited = excited + self._balance.modal_force
+        forced = self._forced
+        self._unexcited, self._stiffness = forced.unexcited(a * phi, self.w)
         residual = np.empty(y.size)
-        residual[:-3] = self._unexcited / (a * self.w**2) - self._excitation @ y[-3:-1]
+        residual[:-3] = self._unexcited / (a * self.w**2) - forced.excitation @ y[-3:-1]
         s, c = self._parts(phi)
         residual[-3:] = s @ self._row - self._length, c @ self._row, y[-1] - level
         return residual
@@ -93,7 +125,7 @@ class SensedMotion:
         stiffness = self._stiffness()
         matrix = np.zeros((y.size, y.size))
         matrix[:n, :n] = stiffness / self.w**2
-        matrix[:n, n : n + 2] = -self._excitation
+        matrix[:n, n : n + 2] = -self._forced.excitation
         matrix[:n, -1] = (stiffness @ phi - self._unexcited / a) / self.w**2
         for place, part in zip((n, n + 1), self._parts(np.arange(n)), strict=True):
             matrix[place, part] = self._row
@@ -122,12 +154,9 @@ class SensedMotion:
         by_phase = [imaginary / square, -real / square, 0.0]
         return np.array([size, phase]), np.array([by_size, by_phase])
 
-    def _later(self, x: Array) -> Array:
-        return self._balance.components.later(x).ravel()
-
     def _parts(self, x: NDArray) -> tuple[NDArray, NDArray]:
         """Sine and cosine of the first harmonic in a vector of all components."""
-        components = self._balance.components
+        components = self._forced.balance.components
         rows = components.rows(x)
         return rows[components.sin()], rows[components.cos()]
 
@@ -159,20 +188,26 @@ def solve_motions(
     NotReached
         If a motion is not found.
     """
-    values, slopes, before = [], [], None
+    forced, values, slopes, before = ForcedBalance(balance), [], [], None
+    pairs = [
+        # what is no parameter of the joint changes nothing
+        None
+        if low.joint is high.joint and low.damping is high.damping
+        else (ForcedBalance(low), ForcedBalance(high), difference)
+        for low, high, difference in neighbours
+    ]
     for w, a in zip(2 * np.pi * frequency, amplitude, strict=True):
-        motion = SensedMotion(balance, row, quantity, w)
+        motion = SensedMotion(forced, row, quantity, w)
         y = before = _solved(motion, motion.level(a), before)
         value, by_unknown = motion.excitation(y)
         values.append(value)
         if neighbours:
-            right = np.zeros((y.size, 1 + len(neighbours)))
+            right = np.zeros((y.size, 1 + len(pairs)))
             right[-1, 0] = 1.0
-            for n, (low, high, difference) in enumerate(neighbours, start=1):
-                change = np.subtract(
-                    *(SensedMotion(b, row, quantity, w).residual(y, y[-1]) for b in (high, low))
-                )
-                right[:-1, n] = -change[:-1] / difference
+            for n, pair in enumerate(pairs, start=1):
+                if pair is not None:
+                    low, high, difference = pair
+                    right[:-3, n] = (low.residual(y, w) - high.residual(y, w)) / difference
             slopes.append(by_unknown @ _factors_at(motion, y).solve(right)[-3:])
     return LevelCurve.of(values, slopes)
 

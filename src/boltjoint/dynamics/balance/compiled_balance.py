@@ -10,6 +10,7 @@ from boltjoint.compiled import call, kept_loop, loop, summing_loop
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.friction.protocol import Elements, address_of_kernel
 from boltjoint.solvers.compiled_steps import System
+from boltjoint.solvers.equations import LazyJacobian
 
 Array = NDArray[np.float64]
 
@@ -307,3 +308,34 @@ def _observe(arrays: BalanceArrays, x: Array, dx: Array, observed: Array) -> Non
 
 
 _FUNCTIONS = evaluate_balance, form_jacobian_of_balance, _form_parameter_derivative, _observe
+
+
+class CompiledBalance:
+    """A balance, evaluated one by one by its compiled functions.
+
+    Parameters
+    ----------
+    arrays
+        Of the balance; evaluations write into them.
+    """
+
+    def __init__(self, arrays: BalanceArrays) -> None:
+        self._arrays = arrays
+
+    @classmethod
+    def of(cls, balance: HarmonicBalance) -> "CompiledBalance | None":
+        """That of a balance; None where its law has no kernel."""
+        arrays = balance_arrays(balance)
+        return None if arrays is None else cls(arrays)
+
+    def residual_and_jacobian(self, x: Array, w: float) -> tuple[Array, LazyJacobian]:
+        """As of the balance; the Jacobian can be formed until the next evaluation."""
+        residual = np.empty(x.size)
+        evaluate_balance(self._arrays, x, w, residual)
+
+        def jacobian() -> Array:
+            matrix = np.empty((x.size, x.size))
+            form_jacobian_of_balance(self._arrays, x, w, matrix)
+            return matrix
+
+        return residual, jacobian
