@@ -348,19 +348,27 @@ def _add_up(
     """
     samples, count = components.shape
     shape = samples + 1, count
-    displacement, force, derivative = np.empty(shape), np.zeros(shape), np.empty(shape)
-    time = np.arange(samples + 1.0).reshape(-1, 1)
+    # displacement and force, and both times the samples before
+    displacement, force, derivative = np.empty(shape), np.empty(shape), np.empty(shape)
+    timed, force_timed = np.empty(shape), np.empty(shape)
     for place, e in enumerate(elements):
         first = hysteresis.first[e]
         branches = hysteresis.stiffness[:, e], hysteresis.origin[:, e], hysteresis.offset[e], first
+        # not by the broadcasting of arrays, which takes two seconds to compile
         for row in range(samples + 1):
-            displacement[row] = components[(first + row - 1) % samples]
-        force[1:] = weight * displacement[1:]
+            for c in range(count):
+                u = components[(first + row - 1) % samples, c]
+                f = weight[c] * u if row > 0 else 0.0
+                displacement[row, c], timed[row, c] = u, row * u
+                force[row, c], force_timed[row, c] = f, row * f
         _by_displacement(*branches, force, derivative)
         if not delayed:
-            tangents[place] = np.dot(derivative.T, displacement)
+            np.dot(derivative.T, displacement, tangents[place])
             continue
         # each part is multiplied by exp(-r tau), tau the time between displacement and force
-        of_displacement = np.dot(derivative.T, time * displacement)
-        _by_displacement(*branches, time * force, derivative)
-        tangents[place] = of_displacement - np.dot(derivative.T, displacement)
+        of_displacement = np.dot(derivative.T, timed)
+        _by_displacement(*branches, force_timed, derivative)
+        at_force = np.dot(derivative.T, displacement)
+        for i in range(count):
+            for j in range(count):
+                tangents[place, i, j] = of_displacement[i, j] - at_force[i, j]

@@ -85,7 +85,10 @@ def sum_positions(
     ``by_motion`` has the derivatives of their positions by the modes, (changes, modes).
     """
     modes, count = R.shape[1], held.shape[1]
-    together = np.empty((max(np.diff(first)), modes * modes), R.dtype)
+    most = 0
+    for k in range(len(rows)):
+        most = max(most, first[k + 1] - first[k])
+    together = np.empty((most, modes * modes), R.dtype)
     for k in range(len(rows)):
         both = together[: first[k + 1] - first[k]]
         for number in range(len(both)):

@@ -294,8 +294,7 @@ def add_forces(elements: Elements, motion: Array, force: Array, tangent: Array) 
             x[j] = k_u[e] * motion[p, j]
             above[j] = k_v[e] * motion[p, 3 + j]
         above[0] += min(normal_load[e], 0.0)
-        n[:] = above
-        n[0] += assembled
+        n[0], n[1], n[2] = assembled + above[0], above[1], above[2]
         if _sticks(x, n, friction_coefficient[e]):
             for j in range(3):
                 force[p, j] += x[j]
