@@ -174,6 +174,7 @@ def _judge(sequence: PeakSequence, left_out: LeftOutHarmonics) -> ConvergedPeak:
     resonance, located = sequence.resonance, sequence.peaks[-1].located
     if resonance is None or located is None:
         return ConvergedPeak(sequence)
+    located = resonance.with_sampling_error(located)
     change = change_by_left_out_harmonics(resonance, located, left_out)
     at_phase = left_out.safety * np.array(change)
     frequency, amplitude = sequence.extrapolated_change

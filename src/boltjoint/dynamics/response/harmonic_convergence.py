@@ -252,7 +252,8 @@ def _locate(
 ) -> LocatedPeak | None:
     """The peak of motions near a resonance, or the one that stands for it at a kept phase."""
     if kept is None:
-        return resonance.peak(solved=solved)
+        located = resonance.peak(solved=solved)
+        return resonance.with_sampling_error(located) if solved and located else located
     if (found := resonance.start()) is None:
         return None
     motion, frequency = found

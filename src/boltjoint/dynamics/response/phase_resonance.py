@@ -42,7 +42,6 @@ Array = NDArray[np.float64]
 _FLATTEST = 0.01
 #: standard deviations of three values within which their mean is, with a confidence of 95 %
 _STUDENT = 4.3
-_UNKNOWN = (np.nan, np.nan)
 #: distance from the phase of a peak at which motions are found from far [rad]
 _BESIDE = 0.4
 
@@ -138,7 +137,9 @@ def find_peak(
     checks.instance("joint", joint, Joint)
     law = AlternatingFrequencyTime(joint.contact.element_law, harmonics, samples)
     balance = HarmonicBalance(replace(joint, law=law), damping, force)
-    return PhaseResonance(balance, frequency, start, search=search).peak()
+    resonance = PhaseResonance(balance, frequency, start, search=search)
+    located = resonance.peak()
+    return None if located is None else resonance.with_sampling_error(located)
 
 
 class PhaseResonance:
@@ -207,8 +208,27 @@ class PhaseResonance:
             sharpness=sharpness,
             distance=distance,
             amplitude_error=2 * off + max(rise, sharpness * distance**2 / 2),
-            sampling_error=self._sampling_error(y, parabola.vertex) if solved else _UNKNOWN,
         )
+
+    def with_sampling_error(self, located: LocatedPeak) -> LocatedPeak:
+        """A solved peak with its errors by where samples begin, with a confidence of 95 %.
+
+        By three motions whose samples lie a third of their step apart, or other parts: 4.3 standard
+        deviations (Student's t of three). Not known where no three are found.
+        """
+        law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
+        phase, y = located.phase, self._solution(located.phase)
+        values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
+        for sixths in (2, 4, 3, 1, 5):
+            begin = sixths / 6 * 2 * np.pi / law.samples
+            equations, start = self._equations.beginning_at(y, begin)
+            solver = NewtonKrylov(equations, self._search.control, self._solver)
+            if (x := self._find(solver, start, phase, y)) is not None:
+                values.append((self._equations.log_frequency(x), self._log_amplitude_of(x)))
+            if len(values) == 3:
+                frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
+                return located._replace(sampling_error=(float(frequency), float(amplitude)))
+        return located
 
     def start(self) -> tuple[PeriodicMotion, float] | None:
         """The motion at ``first_phase``, and its frequency [Hz]; None without one."""
@@ -300,25 +320,6 @@ class PhaseResonance:
             return own
         # those with fewer harmonics are hardly smoother
         return max(own, self._fewer._roughness(phase))
-
-    def _sampling_error(self, y: Array, phase: float) -> tuple[float, float]:
-        """Errors of ln w and ln amplitude by where samples begin, with a confidence of 95 %.
-
-        By three motions whose samples lie a third of their step apart, or other parts: 4.3 standard
-        deviations (Student's t of three). Not a number where no three are found.
-        """
-        law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
-        values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
-        for sixths in (2, 4, 3, 1, 5):
-            begin = sixths / 6 * 2 * np.pi / law.samples
-            equations, start = self._equations.beginning_at(y, begin)
-            solver = NewtonKrylov(equations, self._search.control, self._solver)
-            if (x := self._find(solver, start, phase, y)) is not None:
-                values.append((self._equations.log_frequency(x), self._log_amplitude_of(x)))
-            if len(values) == 3:
-                frequency, amplitude = _STUDENT * np.std(values, axis=0, ddof=1)
-                return float(frequency), float(amplitude)
-        return _UNKNOWN
 
     def _beside(self, phase: float) -> float:
         """The nearest known phase beside one, as far motions take long, beyond roughness."""
