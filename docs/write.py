@@ -86,6 +86,12 @@ class Tables:
         found = self.rows(f"accuracy_{case}_free-4", coordinates=coordinates)["complete"]
         return f"{(~found).sum()} of {found.size}"
 
+    def lagged_broken(self, case: str) -> str:
+        """How many paths of one mode with a lagged basis, of all pairs, broke off, of how many."""
+        which = {"joint": "node-to-node", "coordinates": "rdnm-1", "resonance": 1}
+        found = self.rows(f"times_{case}_free-4", **which)["reduction_forward_difference_percent"]
+        return f"{found.isna().sum()} of {found.size}"
+
     def state(self, case: str, coordinates: str, force: float, state: str) -> float:
         """Share of a contact state at the first peak of the node-to-node joint [%]."""
         which = {"coordinates": coordinates, "resonance": 1, "force_N": force}

@@ -394,6 +394,7 @@ ATTACKS = {
     "is_lagged": [lambda: ResponseDependentModes(1, is_lagged="lagged")],
     "is_complex": [lambda: ResponseDependentModes(1, is_complex=1)],
     "has_fallback": [lambda: LinearModes(has_fallback="none")],
+    "repeats": [lambda: LinearModes(repeats=1)],
     "basis_update": [
         lambda: solved(basis_update="nope", coordinates="complex-rdnm-1"),
         lambda: solved(basis_update="nope"),

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from random_joints import random_joint
 from small_joint import make_joint
 
 from boltjoint.dynamics.backbone.backbone import find_backbone
@@ -47,6 +48,17 @@ def test_words_of_files_give_the_method(method, name, words):
     assert method.name == name
     if not words:
         assert as_method(name) == as_method(method) == method
+
+
+def test_a_branch_that_breaks_off_is_followed_again_unless_that_is_not_asked_for():
+    joint, force, loss_factor = random_joint("constant", 1)
+    lagged = ResponseDependentModes(1, is_lagged=True)
+    branches = [
+        solve_branch(joint, force, method, damping=loss_factor)
+        for method in (lagged, replace(lagged, repeats=False))
+    ]
+    assert [branch.complete for branch in branches] == [True, False]
+    assert branches[1].reason == "the branch would jump or turn back"
 
 
 @pytest.mark.parametrize("name", ["linear", "rdnm-2", "complex-rdnm-1", "backbone"])

@@ -121,13 +121,14 @@ class CaseInBasis:
     def time_by_differences(
         self, responses: "Sequence[Response]", **options: Unpack[MethodOptions]
     ) -> Iterator[pd.DataFrame]:
-        """The times of the frequency responses with forward differences.
+        """The times of the frequency responses with forward differences, each followed once.
 
         ``options`` as for ``method_of``.
         """
         options["jacobian"] = "forward-difference"
         for response, joint, how, _ in self._problems(responses):
-            method = Timed.of(method_of(str(response.coordinates), **options))
+            method = method_of(str(response.coordinates), **options)
+            method = Timed.of(replace(method, repeats=False))
             problem = Problem.of(joint, **how)
             prepared = method.prepared(problem, self.forces)
             for force in self.forces:

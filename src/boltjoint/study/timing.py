@@ -33,7 +33,7 @@ class Timed(Method):
     in_common
         Wall and processor time of what all levels have in common [s]: of all before ``prepared``,
         for each of them after it.
-    jacobian, limits, has_fallback
+    jacobian, limits, has_fallback, repeats
         Those of the method, which ``Timed.of`` copies.
 
     Raises
@@ -50,8 +50,8 @@ class Timed(Method):
     def of(cls, method: Method, before: tuple[float, float] = (0.0, 0.0)) -> Self:
         """The method, timed; ``before`` it what all levels have in common took so long [s]."""
         checks.instance("method", method, Method)
-        options = {name: getattr(method, name) for name in ("jacobian", "limits", "has_fallback")}
-        return cls(method, in_common=before, **options)
+        names = "jacobian", "limits", "has_fallback", "repeats"
+        return cls(method, in_common=before, **{name: getattr(method, name) for name in names})
 
     @property
     def name(self) -> str:
@@ -131,8 +131,13 @@ def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.D
     parts = []
     for (joint, coordinates, resonance), timing in timings.items():
         by_force = timing.groupby("force_N")
-        cpu = timing.pivot_table(index="force_N", columns="jacobian", values="cpu_s")
-        cpu = cpu.reindex(columns=get_args(Jacobian))
+        cpu, complete = (
+            timing.pivot_table(index="force_N", columns="jacobian", values=name).reindex(
+                columns=get_args(Jacobian)
+            )
+            for name in ("cpu_s", "complete")
+        )
+        whole = cpu.where(complete == 1)
         parts.append(
             pd.DataFrame(
                 {
@@ -143,18 +148,16 @@ def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.D
                     "cpu_forward_difference_s": cpu["forward-difference"],
                     **by_force[["solutions", "iterations"]].first(),
                     "complete": by_force["complete"].min() == 1,
+                    "reduction_percent": whole["analytic"],
+                    "reduction_forward_difference_percent": whole["forward-difference"],
                 }
             ).reset_index()
         )
     table = pd.concat(parts, ignore_index=True)
-    times = ["cpu_s", "cpu_forward_difference_s"]
-    on = ["resonance", "force_N"]
+    # so far the times of whole paths
+    reductions = ["reduction_percent", "reduction_forward_difference_percent"]
     is_reference = (table["joint"] == REFERENCE[0]) & (table["coordinates"] == REFERENCE[1])
-    reference = table.loc[is_reference & table["complete"], [*on, *times]]
-    joined = table.merge(reference, how="left", on=on, suffixes=("", "_of_reference"))
-    for name, column in zip(
-        ("reduction_percent", "reduction_forward_difference_percent"), times, strict=True
-    ):
-        reduction = 100 * (1 - joined[column] / joined[f"{column}_of_reference"])
-        table[name] = reduction.where(joined["complete"])
+    on = ["resonance", "force_N"]
+    of_reference = table[on].merge(table.loc[is_reference, [*on, *reductions]], how="left", on=on)
+    table[reductions] = 100 * (1 - table[reductions] / of_reference[reductions])
     return table

@@ -89,6 +89,8 @@ class Continuation:
         The point whose amplitude is maximised.
     window
         Frequencies [Hz] that set the scale of steps.
+    repeats
+        Whether a branch that breaks off is followed again.
     """
 
     def __init__(
@@ -98,9 +100,10 @@ class Continuation:
         control: StepControl,
         output: OutputPoint,
         window: tuple[float, float],
+        repeats: bool = True,
     ) -> None:
         self._equations, self._balance, self._control = equations, balance, control
-        self._output = output
+        self._output, self._repeats = output, repeats
         self._largest_scale = control.window_scale * 2 * np.pi * (window[1] - window[0])
         self._prediction: Prediction | None = None
         #: the equations themselves or, in a basis, those in fixed coordinates that it predicts
@@ -130,7 +133,7 @@ class Continuation:
         if regular is not None:
             return regular
         branch = self._from_starts(window, start)
-        if branch.complete:
+        if branch.complete or not self._repeats:
             return branch
         steps, self._control = self._control, self._control.with_shorter_steps(_SHORTER_STEPS)
         other = self._from_starts(window, start)
@@ -143,7 +146,7 @@ class Continuation:
         """Branch from the lower end of a window, or from other starts if incomplete."""
         low, high = window
         branch = self._follow((low, high), low, start)
-        if branch.complete or start is not None:
+        if branch.complete or start is not None or not self._repeats:
             return branch
         for begin in (high, *(low + part * (high - low) for part in _STARTS_INSIDE)):
             other = self._through(window, begin)

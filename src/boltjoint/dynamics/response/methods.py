@@ -84,17 +84,21 @@ class Method(ABC):
         Estimated errors beyond which a warning reports a branch as wrong.
     has_fallback
         Whether such branches, and those that are not complete, are solved again in linear modes.
+    repeats
+        Whether a branch that breaks off is followed again, from other starts, with shorter steps.
     """
 
     jacobian: Jacobian = "analytic"
     limits: ErrorLimits = field(default_factory=ErrorLimits)
     has_fallback: bool = False
+    repeats: bool = True
 
     def __post_init__(self) -> None:
         """Refuse options that are not known."""
         checks.choice("jacobian", self.jacobian, get_args(Jacobian))
         checks.instance("limits", self.limits, ErrorLimits)
         checks.flag("has_fallback", self.has_fallback)
+        checks.flag("repeats", self.repeats)
 
     @property
     @abstractmethod
@@ -158,7 +162,8 @@ class _Followed(Method):
         """Equations of the response to a force, and its continuation with steps for a window."""
         balance = HarmonicBalance(problem.joint.distinct, problem.damping, force)
         equations, output = self.formulate(balance, problem.resonance), OutputPoint(balance)
-        return equations, Continuation(equations, balance, problem.control, output, window)
+        how = problem.control, output, window, self.repeats
+        return equations, Continuation(equations, balance, *how)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -167,7 +172,7 @@ class LinearModes(_Followed):
 
     Parameters
     ----------
-    jacobian, limits, has_fallback
+    jacobian, limits, has_fallback, repeats
         As of ``Method``; its own errors are not estimated.
     """
 
@@ -218,7 +223,7 @@ class ResponseDependentModes(_Followed):
     quasi_static_correction
         Whether complex modes add the quasi-static response of the residual modes; without it they
         are not corrected.
-    jacobian, limits, has_fallback
+    jacobian, limits, has_fallback, repeats
         As of ``Method``.
     """
 
