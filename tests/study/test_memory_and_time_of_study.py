@@ -208,6 +208,25 @@ def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_pat
     assert ten["mem_mb"] > 396 + 138 + 135
 
 
+def test_a_job_asks_for_the_time_of_its_own_basis_or_joint(study):
+    """Times of all jobs of a case were asked for by each of them."""
+    resources = needs.Resources(study(convergence=SETTINGS["convergence"]))
+
+    def seconds(*arguments, **options):
+        return needs.seconds_of_runtime(resources.of(*arguments, **options)["runtime"])
+
+    bases = [seconds("responses", "small", basis) for basis in ("free-2", "enriched-8")]
+    assert min(bases) > 0
+    # each is rounded up to a minute of a machine of a third the speed
+    assert seconds("responses", "small") == pytest.approx(sum(bases), abs=20)
+    assert seconds("responses", "small", "free-2", share=0.2) < bases[0]
+    assert seconds("responses", "small", "free-4") == 0
+    many = needs.Resources(study(fitting={"initial_guesses": 10**5}))
+    # one of two that have as many elements
+    one, both = (many.of("fit", "small", part)["runtime"] for part in ("regions=2/elements=2", ""))
+    assert one - 10 == pytest.approx((both - 10) / 2, abs=1)
+
+
 def test_the_machine_has_memory():
     assert 0.1 * GIB < needs.machine_memory() < 1e6 * GIB
 

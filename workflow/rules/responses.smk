@@ -19,7 +19,7 @@ for case, basis in contents.cases_and_bases():
         conda:
             "../envs/boltjoint.yaml"
         resources:
-            **resources_of("responses", case),
+            **resources_of("responses", case, basis),
         params:
             library=library("solve_responses.py"),
             case=problem(case, basis),
@@ -55,7 +55,7 @@ for case, basis in contents.cases_and_bases():
         conda:
             "../envs/boltjoint.yaml"
         resources:
-            **resources_of("responses", case),
+            **resources_of("responses", case, basis, share=0.2),
         params:
             library=library("time_by_differences.py"),
             case=problem(case, basis),
@@ -85,7 +85,7 @@ for case, basis in contents.cases_and_bases():
         conda:
             "../envs/boltjoint.yaml"
         resources:
-            **resources_of("responses", case),
+            **resources_of("responses", case, basis, share=0.2),
         params:
             library=library("check_responses.py"),
             joints=[

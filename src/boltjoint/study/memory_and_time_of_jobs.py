@@ -67,9 +67,8 @@ _SAMPLES_AT_ONCE = 64
 
 #: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
-#: of a response with its check, figure and tables, measured when it was solved again for its times;
-#: and of a force level of it, of the pairs [s]
-_PER_RESPONSE, _PER_LEVEL = 12.0, 3.5e-3
+#: of a response with its check, figure and tables; and of a force level of it, of the pairs [s]
+_PER_RESPONSE, _PER_LEVEL = 5.0, 1e-3
 #: of a force at whose peak a joint is integrated in time and balanced with many harmonics, of the
 #: pairs [s]
 _PER_INTEGRATION = 0.03
@@ -112,8 +111,9 @@ class EstimatedJob(NamedTuple):
     seconds: float
     key: str
     does: str
-    #: jobs among which the time is divided
+    #: jobs among which the time is divided, and what of the subject they are on: a basis or a joint
     parts: int = 1
+    part: str = ""
 
 
 def all_jobs(contents: Contents) -> Iterator[EstimatedJob]:
@@ -225,7 +225,7 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     if solver.sampling is not None:
         sampled = _NUMBER * _SAMPLED * samples * pairs * directions
         effort = samples / _SAMPLES_AS_EXACT * (1 + (harmonics / _HARMONICS_AS_SAMPLES) ** 2)
-    factor = _solutions(solver) / _SOLUTIONS
+    factor, with_peaks = _solutions(solver) / _SOLUTIONS, set()
     for response in contents.responses(name):
         vectors = _vectors(study, response.basis)
         unknowns = components * (response.coordinates.count or vectors)
@@ -245,8 +245,13 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
             key = f"{CONFIG_FILE}: solver.largest_step"
         memory += stored
         of_level = _PER_LEVEL * effort * law.relative_time * pairs * factor
-        seconds = _PER_RESPONSE + of_level * len(case.levels)
-        yield EstimatedJob("responses", name, memory, seconds, key, f"to solve responses of {name}")
+        of_joint = response.basis, response.joint
+        if study.harmonic_convergence and of_joint not in with_peaks:
+            with_peaks.add(of_joint)  # of all its responses
+            of_motion = law.components_of(MOST_CHOSEN)
+            of_level += _of_converged_peak(of_motion, _elements(response.joint, pairs), vectors)
+        seconds, does = _PER_RESPONSE + of_level * len(case.levels), f"to solve responses of {name}"
+        yield EstimatedJob("responses", name, memory, seconds, key, does, part=str(response.basis))
     for joint in (joint for basis in case.bases for joint in contents.fitted(name, basis)):
         yield _of_fit(study, name, joint)
     if case.measured is not None:
@@ -305,7 +310,7 @@ def _of_fit(study: Study, subject: str, joint: JointName) -> EstimatedJob:
     memory = _PROCESS + _NUMBER * _NUMBERS_OF_GUESS * guesses * elements
     seconds = _PER_GUESS * guesses * regions * elements
     key = f"{CONFIG_FILE}: fitting.initial_guesses"
-    return EstimatedJob("fit", subject, memory, seconds, key, f"to fit {joint}")
+    return EstimatedJob("fit", subject, memory, seconds, key, f"to fit {joint}", part=str(joint))
 
 
 def _memory_of_balance(components: int, modes: int) -> float:
@@ -330,9 +335,7 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     elements = max(_elements(variant.joint, variant.assembly.contact_pairs) for variant in variants)
     vectors = _vectors(study, sweep.basis)
     states = elements if "contact-states" in sweep.observe else 0
-    frequencies, amplitudes = (
-        sweep.observed[variant] or 0 for variant in ("frequencies", "amplitudes")
-    )
+    frequencies, amplitudes = (sweep.observed[key] or 0 for key in ("frequencies", "amplitudes"))
     stored = levels * (_NUMBER * (4 + frequencies) + states) + 2 * _NUMBER * amplitudes
     seconds = levels * (_PER_DESIGN + _PER_ELEMENT * elements * vectors)
     seconds *= 1.0 if "responses" in sweep.observe else _OF_PEAKS
@@ -361,9 +364,7 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     yield EstimatedJob("sweep", name, memory, seconds, key, f"to gather the designs of {name}")
     if sweep.check is not None:
         check = sweep.check
-        elements = max(
-            _elements(check.joint, variant.assembly.contact_pairs) for variant in variants
-        )
+        elements = max(_elements(check.joint, each.assembly.contact_pairs) for each in variants)
         vectors = _vectors(study, check.basis)
         number = min(check.designs, designs)
         of_design = _PER_DESIGN + _PER_ELEMENT * elements * vectors

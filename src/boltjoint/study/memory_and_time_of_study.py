@@ -169,16 +169,19 @@ class Resources:
         # a job asks for few of them
         self._jobs = cache(lambda subject: list(jobs_on(self._contents, subject)))
 
-    def of(self, stage: str, subject: str) -> Mapping[str, int]:
-        """Those of a stage of an assembly, case or sweep."""
-        jobs = [job for job in self._jobs(subject) if job.stage == stage] if stage else []
+    def of(self, stage: str, subject: str, part: str = "", share: float = 1.0) -> Mapping[str, int]:
+        """Those of a stage of an assembly, case or sweep, or of a part and in a share of its time.
+
+        A part is the basis of responses, or the joint of a fit.
+        """
+        jobs = [job for job in self._jobs(subject) if stage and job.stage == stage]
+        jobs = [job for job in jobs if part in ("", job.part)]
         if not jobs:
             return self.SMALL
+        seconds = share * sum(job.seconds / job.parts for job in jobs)
         return {
             "mem_mb": math.ceil((1.5 * max(job.memory for job in jobs) + _SNAKEMAKE) / 1e6),
-            "runtime": math.ceil(
-                _LEAST_RUNTIME + _ROOM * sum(job.seconds / job.parts for job in jobs) / 60
-            ),
+            "runtime": math.ceil(_LEAST_RUNTIME + _ROOM * seconds / 60),
         }
 
     def of_any(self, stage: str) -> Mapping[str, int]:
