@@ -257,12 +257,17 @@ def _is_wrong(branch: Branch, error: BranchError, limits: ErrorLimits) -> bool:
     """Whether the estimated errors of a branch are larger than allowed; warns if so."""
     wrong = error.exceeds(limits)
     if wrong:
-        at_peak = "" if branch.peak is None else f"{100 * error.of_peak:.2g} % at the peak, "
+        at_peak = "" if branch.peak is None else f"{_in_percent(error.of_peak)} at the peak, "
         logger.warning(
             "%g N: the balance in all linear modes does not hold: estimated errors of the response "
-            "are %sup to %.2g %% of its largest",
+            "are %sup to %s of its largest",
             branch.force,
             at_peak,
-            100 * error.largest,
+            _in_percent(error.largest),
         )
     return wrong
+
+
+def _in_percent(share: float) -> str:
+    """With two digits, and without an exponent where it is large."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
