@@ -5,6 +5,7 @@ import pytest
 
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.friction.constant import ConstantLoad
+from boltjoint.friction.slider_forms import integrate_friction
 from boltjoint.friction.variable import VariableLoad
 
 
@@ -67,3 +68,15 @@ def test_elements_on_one_point_add_up():
     alone = VariableLoad(np.arange(200), *elements).forces_in_time(motion[on], 100)
     for p in range(3):
         np.testing.assert_allclose(together[p], alone[on == p].sum(axis=0), rtol=1e-9)
+
+
+def test_a_slider_without_friction_that_opens_pulls_nothing():
+    """Nothing moves it along, and it is in no state that its springs alone would tell."""
+    motion = np.array([[0.0, 0.0, 0.0, 0.0, 2e-6, 0.0]])
+    sliders = [np.array([value]) for value in (1e6, 1e6, 1.0, 0.0)]
+    force = integrate_friction(np.zeros(1, int), *sliders, motion, 4000)
+    phase = 2 * np.pi * np.arange(4000) / 4000
+    load = np.maximum(1.0 + 2.0 * np.sin(phase), 0.0)
+    expected = [load.mean() - 1.0, 2 * np.mean(load * np.sin(phase)), 0.0]
+    np.testing.assert_allclose(force[0, 3:], expected, atol=1e-6)
+    assert not force[0, :3].any()

@@ -10,7 +10,12 @@ from small_joint import make_joint
 from boltjoint.dynamics.balance.balance_equations import BalanceEquations
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.branch import estimate_branch_error, estimate_solution_error
-from boltjoint.dynamics.response.frequency_response import method_of, solve_branch, solve_response
+from boltjoint.dynamics.response.frequency_response import (
+    _in_percent,
+    method_of,
+    solve_branch,
+    solve_response,
+)
 from boltjoint.dynamics.response.response_file import relative_residual, to_dataset
 from boltjoint.dynamics.response.windows import Resonance, frequency_window
 from boltjoint.solvers.newton import newton
@@ -118,6 +123,12 @@ def test_a_wrong_branch_without_a_peak_is_reported_too(caplog):
         method = method_of("rdnm-1", largest_error=bound, fallback="linear")
         found = solve_response(joint, [20.0], method, **options)
     assert "of its largest" in caplog.text
+    assert [_in_percent(share) for share in (0.00123, 0.62, 1.94, 2.5e4)] == [
+        "0.12 %",
+        "62 %",
+        "190 %",
+        "2500000 %",
+    ]
     assert found["fell_back"].all()
     assert not found["wrong"].any()
 

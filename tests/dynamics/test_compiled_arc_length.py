@@ -10,6 +10,8 @@ from small_joint import make_joint
 from boltjoint.damping import MODELS, LossFactor, make_damping
 from boltjoint.dynamics.backbone import backbone
 from boltjoint.dynamics.backbone.backbone import trace_for_forces
+from boltjoint.dynamics.balance.compiled_balance import CompiledBalance
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.response.continuation import Continuation
 from boltjoint.dynamics.response.frequency_response import solve_branch
 from boltjoint.dynamics.response.windows import Resonance
@@ -45,6 +47,20 @@ def joint_of(law):
         tangential_mode=joint.tangential_mode[:: len(on) // points],
         position=joint.position[:: len(on) // points],
     )
+
+
+@pytest.mark.parametrize("model", DAMPING)
+@pytest.mark.parametrize("law", ["constant", "variable", "iwan", "tabulated", "few points"])
+def test_a_compiled_balance_is_that_of_python(law, model):
+    balance = HarmonicBalance(joint_of(law), make_damping(model, **DAMPING[model]), 5.0)
+    compiled = CompiledBalance.of(balance)
+    x = np.random.default_rng(1).normal(scale=1e-6, size=balance.modal_force.size)
+    w = 2 * np.pi * 75.0
+    expected, derivative = balance.residual_and_jacobian(x, w)
+    residual, jacobian = compiled.residual_and_jacobian(x, w)
+    np.testing.assert_allclose(residual, expected, rtol=0, atol=1e-13 * abs(expected).max())
+    matrix = derivative()
+    np.testing.assert_allclose(jacobian(), matrix, rtol=0, atol=1e-13 * abs(matrix).max())
 
 
 def both(monkeypatch, joint, *given, **options):

@@ -97,6 +97,19 @@ def test_a_motion_at_the_phase_of_few_harmonics_stands_for_a_peak(either, with_m
         np.testing.assert_allclose(peak.amplitude, expected, rtol=1e-4)
 
 
+def test_a_peak_that_is_not_solved_has_no_sampling_error(either):
+    joint, response = either
+    frequency, motion = motion_at_peak(response, 5.0)
+    law = AlternatingFrequencyTime(joint.law, 3, 256)
+    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
+    resonance = PhaseResonance(balance, frequency, motion)
+    solved = resonance.with_sampling_error(resonance.peak())
+    assert np.all(np.array(solved.sampling_error) > 0)
+    # as one whose motion is interpolated
+    elsewhere = resonance.peak()._replace(phase=solved.phase + 1e-3)
+    assert np.isnan(resonance.with_sampling_error(elsewhere).sampling_error).all()
+
+
 def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
     joint, response = either
     frequency, motion = motion_at_peak(response, 5.0)

@@ -23,6 +23,7 @@ def times():
     ]
     table = pd.DataFrame(rows)
     table["cpu_forward_difference_s"] = 3 * table["cpu_s"]
+    table["complete_forward_difference"] = table["complete"]
     return table.assign(reduction_forward_difference_percent=table["reduction_percent"])
 
 
@@ -47,10 +48,18 @@ def test_times_stand_over_their_ratios_to_the_reference(times):
     ]
 
 
+def test_a_path_that_broke_off_with_one_jacobian_is_no_broken_one_with_the_other(times):
+    analytic, differences, *_ = plot_times(times.assign(complete=True)).axes
+    few = "2 regions of 3 elements, linear modes"
+    np.testing.assert_array_equal(curves(analytic)[few], [[0, 1], [1, 0.5]])
+    np.testing.assert_array_equal(curves(differences)[few], [[0, 3], [1, np.nan]])
+    assert not any(line.get_marker() == "X" for line in analytic.get_lines())
+    np.testing.assert_allclose(marks(differences, "X"), [[1, 1.5]])
+
+
 def test_times_of_an_unpublished_case_mention_none(times):
-    figure = plot_times(
-        times.assign(published_reduction_percent=np.nan, complete=True), source=PUBLISHED
-    )
+    whole = {"complete": True, "complete_forward_difference": True}
+    figure = plot_times(times.assign(published_reduction_percent=np.nan, **whole), source=PUBLISHED)
     names = [text.get_text() for text in figure.legends[0].get_texts()]
     assert names == ["node-to-node", "2 regions of 3 elements", "linear modes"]
 
@@ -81,7 +90,8 @@ def test_times_need_a_resonance_that_was_solved(times):
 
 def test_times_of_a_case_all_of_whose_branches_broke_off_have_a_figure(times, tmp_path):
     reductions = [name for name in times if "reduction" in name]
-    failed = times.assign(complete=False, **dict.fromkeys(reductions, np.nan))
+    paths = dict.fromkeys(("complete", "complete_forward_difference"), False)
+    failed = times.assign(**paths, **dict.fromkeys(reductions, np.nan))
     figure = plot_times(failed)
     save_figure(figure, tmp_path / "times.svg")
     # times are marked as those of branches that broke off, ratios have nothing to stand on

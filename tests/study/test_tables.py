@@ -481,8 +481,9 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
             ]
         )
 
+    both = timing(analytic=4.0, forward_difference=20.0)
     timings = {
-        ("node-to-node", "linear", 1): timing(analytic=4.0, forward_difference=20.0),
+        ("node-to-node", "linear", 1): both,
         ("node-to-node", "rdnm-1", 1): timing(analytic=2.0, forward_difference=5.0),
         ("node-to-node", "backbone", 1): timing(analytic=1.0),
     }
@@ -493,6 +494,17 @@ def test_where_no_forward_differences_were_timed_their_columns_are_empty():
     assert np.isnan(by_differences["backbone"])
     assert np.isnan(table.loc["backbone", "cpu_forward_difference_s"])
     assert table["complete"].all()
+    assert table["complete_forward_difference"].to_list() == [True, True, False]
+    # a path that broke off has no reduction, and none has one to it: each Jacobian by itself
+    broken = both.assign(complete=(both["jacobian"] == "analytic").astype(int))
+    for which, without in (("rdnm-1", ["rdnm-1", "backbone"]), ("linear", list(table.index))):
+        changed = tabulate_times(timings | {("node-to-node", which, 1): broken})
+        changed = changed.set_index("coordinates")
+        by_differences = changed["reduction_forward_difference_percent"]
+        assert by_differences.index[by_differences.isna()].to_list() == without
+        assert changed["reduction_percent"].notna().all()
+        assert not changed.loc[which, "complete_forward_difference"]
+        assert changed.loc[which, "complete"]
 
 
 def test_table_on_paper(tmp_path):

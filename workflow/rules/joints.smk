@@ -87,8 +87,8 @@ rule reduce_joint:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        mem_mb=lambda w: resources_of("fit", w.case, w.joint)["mem_mb"],
-        runtime=lambda w: resources_of("fit", w.case, w.joint)["runtime"],
+        mem_mb=lambda w: resources_of("fit", w.case, f"{w.basis}/{w.joint}")["mem_mb"],
+        runtime=lambda w: resources_of("fit", w.case, f"{w.basis}/{w.joint}")["runtime"],
     params:
         library=library("reduce_joint.py"),
         reduction=lambda w: study.fitting.options(w.joint),

@@ -54,8 +54,9 @@ for case, basis in contents.cases_and_bases():
         priority: -1
         conda:
             "../envs/boltjoint.yaml"
+        # measured: up to a fourth of what the responses take
         resources:
-            **resources_of("responses", case, basis, share=0.2),
+            **resources_of("responses", case, basis, share=0.25),
         params:
             library=library("time_by_differences.py"),
             case=problem(case, basis),
@@ -84,8 +85,9 @@ for case, basis in contents.cases_and_bases():
             f"results/logs/check_responses/{case}_{basis}.log",
         conda:
             "../envs/boltjoint.yaml"
+        # as above
         resources:
-            **resources_of("responses", case, basis, share=0.2),
+            **resources_of("responses", case, basis, share=0.25),
         params:
             library=library("check_responses.py"),
             joints=[

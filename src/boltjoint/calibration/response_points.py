@@ -46,19 +46,19 @@ class ForcedBalance:
         """A motion a quarter of a period later."""
         return self.balance.components.later(x).ravel()
 
-    def unexcited(self, x: Array, w: float) -> tuple[Array, LazyJacobian]:
-        """Forces at a motion and a frequency [rad/s] that the excitation has to balance.
+    def evaluate(self, y: Array, w: float) -> tuple[Array, Array, LazyJacobian]:
+        """At the unknown of a ``SensedMotion``, and a frequency [rad/s].
 
-        Their Jacobian can be formed until the next evaluation.
+        Returns
+        -------
+        tuple
+            The residual without what the sensor asks for; the forces that the excitation has to
+            balance; and their derivative by the motion, until the next evaluation.
         """
-        residual, stiffness = self._solved.residual_and_jacobian(x, w)
-        return residual + self.balance.modal_force, stiffness
-
-    def residual(self, y: Array, w: float) -> Array:
-        """Residual at the unknown of a ``SensedMotion``, without what its sensor asks for."""
         a = np.exp(y[-1])
-        unexcited, _ = self.unexcited(a * y[:-3], w)
-        return np.asarray(unexcited / (a * w**2) - self.excitation @ y[-3:-1])
+        excited, stiffness = self._solved.residual_and_jacobian(a * y[:-3], w)
+        forces = excited + self.balance.modal_force
+        return forces / (a * w**2) - self.excitation @ y[-3:-1], forces, stiffness
 
 
 class SensedMotion:
@@ -82,8 +82,8 @@ class SensedMotion:
         self.w = w
         self._forced, self._row, self._order = forced, row, MOTIONS[quantity]
         self._length = float(np.linalg.norm(row))
-        #: where the residual was evaluated last: without excitation, and its Jacobian
-        self._unexcited = np.zeros(0)
+        #: what the excitation has to balance where the residual was evaluated last, and derivative
+        self._forces = np.zeros(0)
         self._stiffness: LazyJacobian = lambda: np.zeros((0, 0))
 
     def level(self, amplitude: float) -> float:
@@ -110,12 +110,9 @@ class SensedMotion:
 
     def residual(self, y: Array, level: float) -> Array:
         """Residual at an unknown; the last entry is that of the level."""
-        phi, a = y[:-3], np.exp(y[-1])
-        forced = self._forced
-        self._unexcited, self._stiffness = forced.unexcited(a * phi, self.w)
         residual = np.empty(y.size)
-        residual[:-3] = self._unexcited / (a * self.w**2) - forced.excitation @ y[-3:-1]
-        s, c = self._parts(phi)
+        residual[:-3], self._forces, self._stiffness = self._forced.evaluate(y, self.w)
+        s, c = self._parts(y[:-3])
         residual[-3:] = s @ self._row - self._length, c @ self._row, y[-1] - level
         return residual
 
@@ -126,7 +123,7 @@ class SensedMotion:
         matrix = np.zeros((y.size, y.size))
         matrix[:n, :n] = stiffness / self.w**2
         matrix[:n, n : n + 2] = -self._forced.excitation
-        matrix[:n, -1] = (stiffness @ phi - self._unexcited / a) / self.w**2
+        matrix[:n, -1] = (stiffness @ phi - self._forces / a) / self.w**2
         for place, part in zip((n, n + 1), self._parts(np.arange(n)), strict=True):
             matrix[place, part] = self._row
         matrix[-1, -1] = 1.0
@@ -207,7 +204,8 @@ def solve_motions(
             for n, pair in enumerate(pairs, start=1):
                 if pair is not None:
                     low, high, difference = pair
-                    right[:-3, n] = (low.residual(y, w) - high.residual(y, w)) / difference
+                    change = low.evaluate(y, w)[0] - high.evaluate(y, w)[0]
+                    right[:-3, n] = change / difference
             slopes.append(by_unknown @ _factors_at(motion, y).solve(right)[-3:])
     return LevelCurve.of(values, slopes)
 

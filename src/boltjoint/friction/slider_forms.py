@@ -128,10 +128,10 @@ def integrate_friction(
     n = np.zeros_like(x)
     if normal_stiffness is not None:
         n = normal_stiffness[:, None] * motion[point, 3:]
-    load = normal_load + n[:, 0]
-    n[:, 0] = load - np.maximum(normal_load, 0)
-    least = load - np.hypot(n[:, 1], n[:, 2])
-    sticks = np.abs(x[:, 0]) + np.hypot(x[:, 1], x[:, 2]) <= friction_coefficient * least
+    least = normal_load + n[:, 0] - np.hypot(n[:, 1], n[:, 2])
+    n[:, 0] += np.minimum(normal_load, 0)
+    reach = np.abs(x[:, 0]) + np.hypot(x[:, 1], x[:, 2])
+    sticks = (least >= 0) & (reach <= friction_coefficient * least)
     moved = ~sticks
     force = np.zeros_like(motion)
     _integrate_friction(

@@ -200,6 +200,8 @@ def _medians(case: str, times: pd.DataFrame) -> pd.DataFrame:
     printed = printed[~is_reference]
     if printed.empty:
         return pd.DataFrame()
+    # over the forces at which no path breaks off here
+    printed = printed.assign(**{source: printed[source].where(printed[here].notna())})
     medians = printed.groupby(keys, sort=False)[[here, source]].median().reset_index()
     medians.insert(0, "case", [link(f"{case}.html", case)] * len(medians))
     return medians.rename(columns={here: "here_percent", source: "source_percent"})

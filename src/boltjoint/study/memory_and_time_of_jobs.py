@@ -67,10 +67,9 @@ _SAMPLES_AT_ONCE = 64
 
 #: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
-#: of a response with its check, figure and tables; and of a force level of it, of the pairs [s]
-_PER_RESPONSE, _PER_LEVEL = 5.0, 1e-3
-#: of a force at whose peak a joint is integrated in time and balanced with many harmonics, of the
-#: pairs [s]
+#: of a response with its figure and tables; and of a force level of it, of the pairs [s]
+_PER_RESPONSE, _PER_LEVEL = 3.0, 5e-4
+#: of a force at whose peak a joint is integrated in time, and balanced, of the pairs [s]
 _PER_INTEGRATION = 0.03
 #: samples that take as long as the closed form; the tangents of this many harmonics as the samples
 _SAMPLES_AS_EXACT, _HARMONICS_AS_SAMPLES = 25, 10**0.5
@@ -111,7 +110,7 @@ class EstimatedJob(NamedTuple):
     seconds: float
     key: str
     does: str
-    #: jobs among which the time is divided, and what of the subject they are on: a basis or a joint
+    #: jobs among which the time is divided; and what of the subject they are on, basis or joint
     parts: int = 1
     part: str = ""
 
@@ -245,15 +244,16 @@ def _of_case(contents: Contents, name: str) -> Iterator[EstimatedJob]:
             key = f"{CONFIG_FILE}: solver.largest_step"
         memory += stored
         of_level = _PER_LEVEL * effort * law.relative_time * pairs * factor
-        of_joint = response.basis, response.joint
+        of_joint = response.basis, response.joint, response.resonance
         if study.harmonic_convergence and of_joint not in with_peaks:
             with_peaks.add(of_joint)  # of all its responses
             of_motion = law.components_of(MOST_CHOSEN)
             of_level += _of_converged_peak(of_motion, _elements(response.joint, pairs), vectors)
         seconds, does = _PER_RESPONSE + of_level * len(case.levels), f"to solve responses of {name}"
         yield EstimatedJob("responses", name, memory, seconds, key, does, part=str(response.basis))
-    for joint in (joint for basis in case.bases for joint in contents.fitted(name, basis)):
-        yield _of_fit(study, name, joint)
+    for basis in case.bases:
+        for joint in contents.fitted(name, basis):
+            yield _of_fit(study, name, joint)._replace(part=f"{basis}/{joint}")
     if case.measured is not None:
         yield _of_calibration(contents, name, pairs)
     if contents.converged(name):
@@ -310,7 +310,7 @@ def _of_fit(study: Study, subject: str, joint: JointName) -> EstimatedJob:
     memory = _PROCESS + _NUMBER * _NUMBERS_OF_GUESS * guesses * elements
     seconds = _PER_GUESS * guesses * regions * elements
     key = f"{CONFIG_FILE}: fitting.initial_guesses"
-    return EstimatedJob("fit", subject, memory, seconds, key, f"to fit {joint}", part=str(joint))
+    return EstimatedJob("fit", subject, memory, seconds, key, f"to fit {joint}")
 
 
 def _memory_of_balance(components: int, modes: int) -> float:

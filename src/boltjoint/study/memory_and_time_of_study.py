@@ -37,8 +37,8 @@ class Estimate:
     job
         What that job does.
     seconds
-        Time on one core [s], for the finite elements, the fits, the responses, the peaks that are
-        compared and the time integration; peaks with more harmonics come on top.
+        Time on one core [s], for the finite elements, the fits, the responses with their converged
+        peaks, the peaks that are compared and the time integration.
     responses
         Frequency responses.
     designs
@@ -172,7 +172,7 @@ class Resources:
     def of(self, stage: str, subject: str, part: str = "", share: float = 1.0) -> Mapping[str, int]:
         """Those of a stage of an assembly, case or sweep, or of a part and in a share of its time.
 
-        A part is the basis of responses, or the joint of a fit.
+        A part is the basis of responses, or basis and joint of a fit.
         """
         jobs = [job for job in self._jobs(subject) if stage and job.stage == stage]
         jobs = [job for job in jobs if part in ("", job.part)]

@@ -125,8 +125,8 @@ def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.D
     -------
     DataFrame
         A row for each response and force level, with columns for both ways to the Jacobian, not a
-        number where one was not taken. A path that broke off has no reduction: it did less than the
-        others.
+        number where one was not taken: nor is it complete. A path that broke off has no reduction,
+        as it did less than the others, and where that of the reference did, none has.
     """
     parts = []
     for (joint, coordinates, resonance), timing in timings.items():
@@ -147,7 +147,8 @@ def tabulate_times(timings: Mapping[tuple[str, str, int], pd.DataFrame]) -> pd.D
                     "cpu_s": cpu["analytic"],
                     "cpu_forward_difference_s": cpu["forward-difference"],
                     **by_force[["solutions", "iterations"]].first(),
-                    "complete": by_force["complete"].min() == 1,
+                    "complete": complete["analytic"] == 1,
+                    "complete_forward_difference": complete["forward-difference"] == 1,
                     "reduction_percent": whole["analytic"],
                     "reduction_forward_difference_percent": whole["forward-difference"],
                 }

@@ -90,7 +90,7 @@ class Continuation:
     window
         Frequencies [Hz] that set the scale of steps.
     repeats
-        Whether a branch that breaks off is followed again.
+        Whether a branch that breaks off is followed again from other starts and with shorter steps.
     """
 
     def __init__(

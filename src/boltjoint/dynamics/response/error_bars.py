@@ -41,7 +41,8 @@ class ConvergedPeak(NamedTuple):
         """The same with the truncation error that the last change of the sequence tells.
 
         With what the phase of the last peak may be off, and what samples change. Not a number with
-        fewer than two changes, or where samples are not known to change little.
+        fewer than two changes, or where what samples change is not known, as of peaks that are not
+        at one phase.
         """
         frequency, amplitude = self.sequence.extrapolated_change.tolist()
         known = len(self.sequence.peaks) > 2

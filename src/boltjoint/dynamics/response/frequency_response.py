@@ -270,4 +270,4 @@ def _is_wrong(branch: Branch, error: BranchError, limits: ErrorLimits) -> bool:
 
 def _in_percent(share: float) -> str:
     """With two digits, and without an exponent where it is large."""
-    return f"{float(f'{100 * share:.2g}'):g} %"
+    return f"{float(f'{100 * share:.2g}'):.0f} %" if share >= 1 else f"{100 * share:.2g} %"

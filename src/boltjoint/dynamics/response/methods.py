@@ -85,7 +85,8 @@ class Method(ABC):
     has_fallback
         Whether such branches, and those that are not complete, are solved again in linear modes.
     repeats
-        Whether a branch that breaks off is followed again, from other starts, with shorter steps.
+        Whether a branch that breaks off is followed again from other starts and with shorter
+        steps.
     """
 
     jacobian: Jacobian = "analytic"
@@ -162,8 +163,10 @@ class _Followed(Method):
         """Equations of the response to a force, and its continuation with steps for a window."""
         balance = HarmonicBalance(problem.joint.distinct, problem.damping, force)
         equations, output = self.formulate(balance, problem.resonance), OutputPoint(balance)
-        how = problem.control, output, window, self.repeats
-        return equations, Continuation(equations, balance, *how)
+        continuation = Continuation(
+            equations, balance, problem.control, output, window, repeats=self.repeats
+        )
+        return equations, continuation
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -213,15 +213,16 @@ class PhaseResonance:
     def with_sampling_error(self, located: LocatedPeak) -> LocatedPeak:
         """A solved peak with its errors by where samples begin, with a confidence of 95 %.
 
-        By three motions whose samples lie a third of their step apart, or other parts: 4.3 standard
-        deviations (Student's t of three). Not known where no three are found.
+        By three motions whose samples lie a third of their step apart, or other parts (Student's t
+        of three). Not known where there are no three, nor of a peak that is not solved.
         """
         law = checks.instance("law", self.balance.joint.law, AlternatingFrequencyTime)
-        phase, y = located.phase, self._solution(located.phase)
+        if (phase := located.phase) not in self._solutions:
+            return located
+        y = self._solutions[phase]
         values = [(self._equations.log_frequency(y), self._log_amplitude_of(y))]
         for sixths in (2, 4, 3, 1, 5):
-            begin = sixths / 6 * 2 * np.pi / law.samples
-            equations, start = self._equations.beginning_at(y, begin)
+            equations, start = self._equations.beginning_at(y, sixths * np.pi / 3 / law.samples)
             solver = NewtonKrylov(equations, self._search.control, self._solver)
             if (x := self._find(solver, start, phase, y)) is not None:
                 values.append((self._equations.log_frequency(x), self._log_amplitude_of(x)))

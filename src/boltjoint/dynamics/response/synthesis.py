@@ -116,8 +116,8 @@ class ModalSynthesis(Method):
         for all forces.
     others
         Other resonances, among which a larger peak is sought; by default those in the window.
-    jacobian, limits, has_fallback
-        As of ``Method``; the Jacobian is that of the fallback.
+    jacobian, limits, has_fallback, repeats
+        As of ``Method``; the Jacobian is that of the fallback, and nothing is repeated.
     """
 
     backbone: Backbone | xr.Dataset | None = None

@@ -256,6 +256,7 @@ def plot_times(
     jacobians = {
         name: ending for name, ending in jacobians.items() if times[f"cpu{ending}_s"].notna().any()
     }
+    endings = list(jacobians.values())
     panels = figure.subplots(2, len(jacobians), sharex=True, sharey="row", squeeze=False)
     for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
         for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
@@ -264,7 +265,7 @@ def plot_times(
             ratio = 1 - rows[f"reduction{ending}_percent"] / 100
             colour, style = {"color": colours[joint]}, styles[coordinates]
             label = method_label(joint, coordinates)
-            complete = rows["complete"].astype(bool)
+            complete = rows[f"complete{ending}"].astype(bool)
             seconds.plot(place, cpu.where(complete), label=label, **colour, **style, **_TIME_LINE)
             if not complete.all():
                 seconds.plot(place[~complete], cpu[~complete], **colour, **BREAK_MARK)
@@ -291,7 +292,7 @@ def plot_times(
     if source and "forward-difference" in jacobians and times[source[1]].notna().any():
         style = {**COORDINATE_LINES[0], **_MARK_OF_SOURCE}
         entries[source[0]] = Line2D([], [], **plain, **style)
-    if not times["complete"].all():
+    if any((times[f"cpu{end}_s"].notna() & ~times[f"complete{end}"]).any() for end in endings):
         entries["branch breaks off"] = Line2D([], [], **plain, **BREAK_MARK)
     figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
     return figure
