@@ -68,7 +68,7 @@ _SAMPLES_AT_ONCE = 64
 #: time of the finite elements, of nodes^2 [s]; modes: for every fourth one
 _TIGHTEN, _MODES, _PRINCIPAL, _PATTERNS = 1.3e-8, 0.9e-8, 8e-8, 3.2e-8
 #: of a response with its figure and tables; and of a force level of it, of the pairs [s]
-_PER_RESPONSE, _PER_LEVEL = 3.0, 5e-4
+_PER_RESPONSE, _PER_LEVEL = 4.0, 8e-4
 #: of a force at whose peak a joint is integrated in time, and balanced, of the pairs [s]
 _PER_INTEGRATION = 0.03
 #: samples that take as long as the closed form; the tangents of this many harmonics as the samples
