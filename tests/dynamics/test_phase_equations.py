@@ -12,6 +12,7 @@ from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.dynamics.balance.periodic_motion import motion_at_peak
 from boltjoint.dynamics.response.frequency_response import solve_response
 from boltjoint.dynamics.response.phase_resonance import find_peak
+from boltjoint.dynamics.response.solutions_by_phase import SolutionsByPhase
 from boltjoint.friction.aft import AlternatingFrequencyTime
 from boltjoint.solvers.newton import NewtonKrylov
 from boltjoint.solvers.step_control import StepControl
@@ -85,3 +86,14 @@ def test_times_of_samples_tell_what_samples_change(index):
     error = abs(sizes[0] / sizes[1] - 1)
     assert 1e-4 < error <= few.sampling_error[1] < 30 * error
     assert many.sampling_error[1] < 0.3 * few.sampling_error[1]
+
+
+@pytest.mark.filterwarnings("error")
+def test_solutions_between_phases_are_those_of_a_parabola_through_the_nearest():
+    def at(phase):
+        return np.array([2.0, phase, phase**2])
+
+    solutions = SolutionsByPhase({0.1: at(0.1)})
+    np.testing.assert_array_equal(solutions.between(0.3), at(0.1))
+    solutions |= {phase: at(phase) for phase in (0.4, 0.2, 9.0)}
+    np.testing.assert_allclose(solutions.between(0.3), at(0.3), rtol=1e-12)

@@ -23,7 +23,9 @@ class SolutionsByPhase(dict[float, Array]):
         return min(self) - room <= phase <= max(self) + room
 
     def between(self, phase: float) -> Array:
-        """Interpolated between the three nearest."""
+        """Interpolated between the three nearest; the only one where there are no others."""
         near = self.nearest(phase)[:3]
+        if len(near) == 1:
+            return self[near[0]]
         weights = BarycentricInterpolator(near, np.eye(len(near)))(phase)
         return sum((x * self[one] for one, x in zip(near, weights, strict=True)), np.zeros(()))
