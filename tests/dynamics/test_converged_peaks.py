@@ -63,6 +63,14 @@ def with_many(either):
     ]
 
 
+def with_three_harmonics(joint, response, **options):
+    """Motions with three harmonics near the peak at 5 N, and its frequency with one."""
+    frequency, motion = motion_at_peak(response, 5.0)
+    law = AlternatingFrequencyTime(joint.law, 3, 256)
+    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
+    return PhaseResonance(balance, frequency, motion, **options), frequency
+
+
 def test_more_harmonics_change_a_converged_peak_by_less_than_its_truncation_error(
     either, converged, with_many
 ):
@@ -98,11 +106,7 @@ def test_a_motion_at_the_phase_of_few_harmonics_stands_for_a_peak(either, with_m
 
 
 def test_a_peak_that_is_not_solved_has_no_sampling_error(either):
-    joint, response = either
-    frequency, motion = motion_at_peak(response, 5.0)
-    law = AlternatingFrequencyTime(joint.law, 3, 256)
-    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
-    resonance = PhaseResonance(balance, frequency, motion)
+    resonance, _ = with_three_harmonics(*either)
     solved = resonance.with_sampling_error(resonance.peak())
     assert np.all(np.array(solved.sampling_error) > 0)
     # as one whose motion is interpolated
@@ -111,11 +115,8 @@ def test_a_peak_that_is_not_solved_has_no_sampling_error(either):
 
 
 def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
-    joint, response = either
-    frequency, motion = motion_at_peak(response, 5.0)
-    law = AlternatingFrequencyTime(joint.law, 3, 256)
-    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
-    resonance = PhaseResonance(balance, frequency, motion)
+    joint, _ = either
+    resonance, frequency = with_three_harmonics(*either)
     few = resonance.peak()
     many = find_peak(joint, frequency, 5.0, LOSS, few.motion, harmonics=9, samples=512)
     thrice = LeftOutHarmonics(times=3, smallest_fall=1e-9, tolerance=1e-7)
@@ -132,12 +133,9 @@ def test_left_out_harmonics_change_a_peak_as_those_with_more_do(either):
 
 
 def test_left_out_harmonics_move_a_peak_in_the_phase_as_their_amplitudes_vary_with_it(either):
-    joint, response = either
-    frequency, motion = motion_at_peak(response, 5.0)
-    law = AlternatingFrequencyTime(joint.law, 3, 256)
-    balance = HarmonicBalance(replace(joint, law=law), LOSS, 5.0)
+    joint, _ = either
     exact = PeakSearch(width=1e-4, tolerance=1e-9)
-    resonance = PhaseResonance(balance, frequency, motion, search=exact)
+    resonance, frequency = with_three_harmonics(*either, search=exact)
     few = resonance.peak()
     at = joint, frequency, 5.0, LOSS, few.motion
     many = find_peak(*at, harmonics=6, samples=512, search=exact)

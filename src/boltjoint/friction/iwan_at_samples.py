@@ -359,8 +359,9 @@ def _add_up(
             for c in range(count):
                 u = components[(first + row - 1) % samples, c]
                 f = weight[c] * u if row > 0 else 0.0
-                displacement[row, c], timed[row, c] = u, row * u
-                force[row, c], force_timed[row, c] = f, row * f
+                displacement[row, c], force[row, c] = u, f
+                if delayed:
+                    timed[row, c], force_timed[row, c] = row * u, row * f
         _by_displacement(*branches, force, derivative)
         if not delayed:
             np.dot(derivative.T, displacement, tangents[place])

@@ -174,8 +174,11 @@ class Resources:
 
         A part is the basis of responses, or basis and joint of a fit.
         """
-        jobs = [job for job in self._jobs(subject) if stage and job.stage == stage]
-        jobs = [job for job in jobs if part in ("", job.part)]
+        jobs = [
+            job
+            for job in (self._jobs(subject) if stage else ())
+            if job.stage == stage and part in ("", job.part)
+        ]
         if not jobs:
             return self.SMALL
         seconds = share * sum(job.seconds / job.parts for job in jobs)

@@ -256,7 +256,6 @@ def plot_times(
     jacobians = {
         name: ending for name, ending in jacobians.items() if times[f"cpu{ending}_s"].notna().any()
     }
-    endings = list(jacobians.values())
     panels = figure.subplots(2, len(jacobians), sharex=True, sharey="row", squeeze=False)
     for (seconds, ratios), (jacobian, ending) in zip(panels.T, jacobians.items(), strict=True):
         for (joint, coordinates), rows in times.groupby(["joint", "coordinates"], sort=False):
@@ -292,7 +291,10 @@ def plot_times(
     if source and "forward-difference" in jacobians and times[source[1]].notna().any():
         style = {**COORDINATE_LINES[0], **_MARK_OF_SOURCE}
         entries[source[0]] = Line2D([], [], **plain, **style)
-    if any((times[f"cpu{end}_s"].notna() & ~times[f"complete{end}"]).any() for end in endings):
+    if any(
+        (times[f"cpu{ending}_s"].notna() & ~times[f"complete{ending}"]).any()
+        for ending in jacobians.values()
+    ):
         entries["branch breaks off"] = Line2D([], [], **plain, **BREAK_MARK)
     figure.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=4)
     return figure
