@@ -141,7 +141,7 @@ SALTELLI = {
     "levels": [20],
     "design": {"kind": "saltelli", "number": 4},
     "basis": "free-2",
-    "joint": "regions=2",
+    "joint": "hyper=20",
     "observe": ["peaks", "converged-peaks"],
     "check": {"designs": 3, "basis": "free-4"},
 }

@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import nnls
 from small_joint import make_joint
 
-from boltjoint.dynamics.reduction.hyper_reduction import _Weights, weigh_pairs
+from boltjoint.dynamics.reduction.hyper_reduction import HeldPeaks, _Weights, weigh_pairs
 from boltjoint.dynamics.response.frequency_response import solve_branch
+from boltjoint.joint.derived import rescale_contact
 
 FORCES, LOSS = (0.5, 5.0, 50.0), 0.01
 
@@ -45,13 +46,44 @@ def test_peaks_at_all_forces_are_within_the_tolerances(law):
     np.testing.assert_array_equal(fit["weight"], fit["weight"].where(fit["weight"] > 0))
     estimated = [float(fit[f"estimated_{of}_error"]) for of in ("frequency", "amplitude")]
     assert estimated[0] <= 1e-3 and estimated[1] <= 1e-2
+    frequency, amplitude = errors_of_peaks(joint, few)
+    assert frequency <= 1e-3 and amplitude <= 1e-2
+
+
+def test_weights_hold_peaks_of_designs_too():
+    """Stiffer across than along, with less preload: those of one joint alone do not."""
+    joint = make_joint(300, law="variable")
+    before = {"tangential_stiffness": 1e6, "friction_coefficient": 0.1, "normal_stiffness": 2e6}
+    after = {"tangential_stiffness": 5e5, "friction_coefficient": 0.15, "normal_stiffness": 1e7}
+
+    def design(each):
+        return rescale_contact(each, "variable", before, after, 0.6)
+
+    held = []
+    for others in ((), (HeldPeaks(design(joint), FORCES, LOSS),)):
+        few, _ = weigh_pairs(joint, FORCES, LOSS, others=others)
+        off = errors_of_peaks(design(joint), design(few))
+        held.append(off[0] <= 1e-3 and off[1] <= 1e-2)
+    assert held == [False, True]
+
+
+def errors_of_peaks(joint, few):
+    """Largest errors of frequency and amplitude of the peaks of a joint of few pairs."""
+    errors = []
     for force in np.geomspace(FORCES[0], FORCES[-1], 10):
         of_all, of_few = (solve_branch(each, force, damping=LOSS) for each in (joint, few))
-        frequency, amplitude = (
-            getattr(of_few, name)[of_few.peak] / getattr(of_all, name)[of_all.peak] - 1
-            for name in ("frequency", "amplitude")
+        errors.append(
+            [
+                abs(getattr(of_few, name)[of_few.peak] / getattr(of_all, name)[of_all.peak] - 1)
+                for name in ("frequency", "amplitude")
+            ]
         )
-        assert abs(frequency) <= 1e-3 and abs(amplitude) <= 1e-2
+    return np.max(errors, axis=0)
+
+
+def test_designs_with_other_pairs_are_refused():
+    with pytest.raises(ValueError, match=r"joint of others\[0\] has other pairs"):
+        weigh_pairs(make_joint(), FORCES, LOSS, others=[HeldPeaks(make_joint(50), FORCES, LOSS)])
 
 
 def test_more_pairs_have_smaller_errors():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
-from small_joint import connect_small
+from small_joint import connect_small, make_joint
 
 from boltjoint import backbone_at
 from boltjoint.config.case import Case
@@ -39,6 +39,7 @@ from boltjoint.study.solved_designs import (
 )
 from boltjoint.study.tables.sobol_indices import tabulate_sensitivity
 from boltjoint.study.tables.sweeps import tabulate_statistics
+from boltjoint.study.weights_of_sweep import weigh_pairs_of_designs
 
 GRID = Grid(kind="grid")
 _TO_PEAK = LinearModes.to_peak
@@ -673,3 +674,19 @@ def test_indices_of_the_stuck_resonance_follow_from_its_derivatives():
             assert row[f"{order}_low"] < expected < row[f"{order}_high"]
             assert row[f"{order}_high"] - row[f"{order}_low"] < 0.3
             assert abs(row[order] - expected) < 0.05
+
+
+@pytest.mark.parametrize("law", ["constant", "variable"])
+def test_weights_of_pairs_hold_peaks_all_over_a_sweep(law):
+    content, nodes = base(law), make_joint(300, law=law)
+    designs = list_designs(VARY[law], Samples(kind="latin-hypercube", number=40, seed=3), content)
+    weighted, fit = weigh_pairs_of_designs(nodes, designs, content, [0])
+    assert weighted.points < 0.7 * nodes.points
+    whole, few = (
+        solve_designs([SweptJoint(content, each)], designs, range(40))
+        for each in ([nodes], [nodes, weighted])
+    )
+    for what, tolerance in (("frequency", 1e-3), ("amplitude", 1e-2)):
+        assert float(fit[f"estimated_{what}_error"]) <= tolerance
+        of_all, of_few = (each[f"peak_{what}"].to_numpy() for each in (whole, few))
+        np.testing.assert_allclose(of_few, of_all, rtol=tolerance)

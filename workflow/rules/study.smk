@@ -269,6 +269,12 @@ def variants_of_sweep(sweep, checking=False):
     ]
 
 
+def numbered_variants(sweep, case):
+    """The variants of a sweep whose case has this name, with their numbers."""
+    variants = enumerate(study.possible_variants(sweep))
+    return [(n, each) for n, each in variants if each.case_name == case]
+
+
 def drawn_on_page(case):
     """What the page of a case draws under the pointer: curves, and its joint in space."""
     found = study.case(case)

@@ -25,6 +25,31 @@ rule list_designs:
         "../scripts/list_designs.py"
 
 
+rule weigh_pairs_of_sweep:
+    input:
+        joint=node_to_node("{case}", "{basis}"),
+        designs=layout.PATHS["designs"],
+    output:
+        joint=layout.PATHS["weighted_joint"],
+    log:
+        "results/logs/weigh_pairs_of_sweep/{sweep}_{case}_{basis}_{joint}.log",
+    benchmark:
+        "results/benchmarks/weigh_pairs_of_sweep/{sweep}_{case}_{basis}_{joint}.tsv"
+    conda:
+        "../envs/boltjoint.yaml"
+    resources:
+        **SMALL,
+    params:
+        library=library("weigh_pairs_of_sweep.py"),
+        case=lambda w: study.base_of_sweep(w.sweep),
+        values=lambda w: numbered_variants(w.sweep, w.case)[0][1].values,
+        variants=lambda w: [n for n, _ in numbered_variants(w.sweep, w.case)],
+        steps=study.solver.steps,
+        accuracy=lambda w: study.hyper_reduction.options(w.joint),
+    script:
+        "../scripts/weigh_pairs_of_sweep.py"
+
+
 rule solve_designs:
     input:
         designs=layout.PATHS["designs"],

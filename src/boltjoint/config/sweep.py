@@ -105,6 +105,7 @@ class Sweep(Entry):
 
     The joint is reduced once for all values of the contact, the preload, the force and the damping:
     each design has its regions, weighted pairs or fitted elements with coefficients of its own.
+    Weights of pairs hold the peaks of designs spread over the sweep, beside those of the base case.
     """
 
     description: Description = ""

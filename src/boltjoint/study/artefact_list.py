@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -80,6 +80,12 @@ def _solved_of(
     return basis, list(dict.fromkeys([REFERENCE[0], *with_regions([joint])]))
 
 
+def _swept_joint(name: str, case: str, basis: Basis, joint: JointName) -> Artefact:
+    """A joint of a variant of a sweep: weights of pairs are made for its designs."""
+    made = Artefact("joint", case=case, basis=basis, joint=joint)
+    return made if joint.pairs is None else replace(made, kind="weighted_joint", sweep=name)
+
+
 def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
     """The joints of a sweep and of its check, and what they are made from."""
     sweep = study.sweeps[name]
@@ -96,7 +102,7 @@ def _joints_of_sweep(study: "Study", name: str) -> Iterator[Artefact]:
             if basis.is_contact_adapted:
                 yield Artefact("pod_modes", assembly=assembly)
             for joint in joints:
-                yield Artefact("joint", case=case, basis=basis, joint=joint)
+                yield _swept_joint(name, case, basis, joint)
                 if joint.reduction is not None:
                     yield Artefact("fit_timing", case=case, basis=basis, joint=joint)
 
@@ -238,8 +244,8 @@ class Contents(Responses):
         files = []
         for variant in self.study.possible_variants(name):
             basis, joints = _solved_of(self.study.sweeps[name], variant, checking=checking)
-            fields = {"case": variant.case_name, "basis": basis}
-            files.append([layout.path("joint", **fields, joint=joint) for joint in joints])
+            of_variant = name, variant.case_name, basis
+            files.append([_swept_joint(*of_variant, joint).path for joint in joints])
         return files
 
     def chunks(self, sweep: str) -> int:

@@ -290,7 +290,15 @@ class SweptJoint:
 
     def window(self, values: Mapping[str, float]) -> tuple[float, float]:
         """Frequency window of the design with these values of its keys [Hz]."""
-        return self._window(self._joints(self._case(values)), WindowMargins())
+        return self._window(self.rescaled(values)[1], WindowMargins())
+
+    def rescaled(self, values: Mapping[str, float]) -> tuple[Case, list[Joint]]:
+        """The case of the design with these values of its keys, and all joints with its contact."""
+        case = Case.model_validate(with_values(self.case, values))
+        before, after = dict(self.base.contact.options), dict(case.contact.options)
+        law, _ = before.pop("law"), after.pop("law")
+        ratio = case.nominal_preload / self.base.nominal_preload
+        return case, [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
 
     def solve(
         self, values: Mapping[str, float], window: tuple[float, float] | None = None
@@ -305,8 +313,7 @@ class SweptJoint:
             Frequencies [Hz] of responses that are kept. By default only their peaks are: they may
             end behind these, and have longer steps where such lead there.
         """
-        case = self._case(values)
-        joints = self._joints(case)
+        case, joints = self.rescaled(values)
         joint, control = self._solved(joints), self.control or StepControl()
         method = as_method(str(case.coordinates[0]))
 
@@ -335,7 +342,7 @@ class SweptJoint:
         (``converge_peak``), and truncation errors are extrapolated.
         """
         options = self.harmonics.up_to(highest)
-        damping = self._case(values).structural_damping
+        damping = self.rescaled(values)[0].structural_damping
         left_out = LeftOutHarmonics() if error_bars else None
         peaks = []
         for branch in branches:
@@ -361,9 +368,9 @@ class SweptJoint:
 
     def backbone(self, values: Mapping[str, float], amplitudes: Array) -> tuple[Array, Array]:
         """Natural frequency [Hz] and damping ratio of a design at amplitudes [m]."""
-        case = self._case(values)
+        case, joints = self.rescaled(values)
         return backbone_at(
-            self._solved(self._joints(case)),
+            self._solved(joints),
             amplitudes,
             resonance=case.solve[0].resonance,
             damping=case.structural_damping,
@@ -382,16 +389,6 @@ class SweptJoint:
             return joints[-1]
         law = AlternatingFrequencyTime(joints[-1].contact.element_law, **self.sampling)
         return replace(joints[-1], law=law)
-
-    def _case(self, values: Mapping[str, float]) -> Case:
-        return Case.model_validate(with_values(self.case, values))
-
-    def _joints(self, case: Case) -> list[Joint]:
-        """All joints with the contact and the preload of a design."""
-        before, after = dict(self.base.contact.options), dict(case.contact.options)
-        law, _ = before.pop("law"), after.pop("law")
-        ratio = case.nominal_preload / self.base.nominal_preload
-        return [rescale_contact(joint, law, before, after, ratio) for joint in self.joints]
 
     def _window(self, joints: Sequence[Joint], margins: WindowMargins) -> tuple[float, float]:
         block = self.base.solve[0]

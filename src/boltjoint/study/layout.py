@@ -42,6 +42,7 @@ PATHS = {
     "prediction": _JOINT + "/calibration/prediction.nc",
     "fitted_case": _JOINT + "/calibration/fitted.yaml",
     "designs": _SWEEP + "/designs.nc",
+    "weighted_joint": _SWEEP + "/joints/{case}/{basis}/{joint}/joint.nc",
     "chunk": _SWEEP + "/chunks/{chunk}.nc",
     "sweep_check": _SWEEP + "/checked.nc",
     "sweep": _SWEEP + "/sweep.nc",

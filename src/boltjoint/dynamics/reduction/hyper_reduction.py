@@ -25,6 +25,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -92,6 +93,14 @@ class HyperReductionOptions(Options):
     corrector_iterations: int = 40
 
 
+class HeldPeaks(NamedTuple):
+    """Peaks that weights hold: of a joint, under all forces [N] up to the largest."""
+
+    joint: Joint
+    forces: Sequence[float]
+    damping: Damping | float
+
+
 def weigh_pairs(
     joint: Joint,
     forces: Sequence[float],
@@ -103,6 +112,7 @@ def weigh_pairs(
     windows: Mapping[int, tuple[float, float] | None] = MappingProxyType({1: None}),
     control: StepControl | None = None,
     options: HyperReductionOptions = HyperReductionOptions(),
+    others: Sequence[HeldPeaks] = (),
 ) -> tuple[Joint, xr.Dataset]:
     """A few pairs of a joint, with weights that hold its peaks.
 
@@ -127,6 +137,9 @@ def weigh_pairs(
         Step-length control of the backbones.
     options
         Numerical options.
+    others
+        Peaks that the weights hold too: of joints with the same pairs, but other coefficients, as
+        the designs of a sweep, with windows of their own.
 
     Returns
     -------
@@ -140,7 +153,7 @@ def weigh_pairs(
     ------
     ValueError
         If there are fewer points than ``count``, a tolerance is not positive, there is no
-        resonance, or a backbone has fewer than three states.
+        resonance, a backbone has fewer than three states, or another joint has other pairs.
     RuntimeError
         If no number of pairs is within the tolerances.
     """
@@ -157,13 +170,27 @@ def weigh_pairs(
     control = StepControl() if control is None else control
     checks.instance("options", options, HyperReductionOptions)
     checks.instance("windows", windows, Mapping)
+    checks.sequence("others", others, HeldPeaks)
     alike = count_alike(joint)
-    joint, alike = keep_elements(joint, alike), alike[alike > 0]
+    for place, other in enumerate(others):
+        if not np.array_equal(count_alike(other.joint), alike):
+            raise ValueError(f"joint of others[{place}] has other pairs")
+    held = [
+        each._replace(joint=keep_elements(each.joint, alike))
+        for each in (HeldPeaks(joint, forces, as_damping(damping)), *others)
+    ]
+    joint, alike = held[0].joint, alike[alike > 0]
     on = joint.law.point_of_element
     traced = [
-        _trace(joint, forces, as_damping(damping), resonance, window, control, options)
+        _trace(held[0], resonance, window, control, options)
         for resonance, window in windows.items()
     ]
+    for other in held[1:]:
+        for resonance in windows:
+            try:
+                traced.append(_trace(other, resonance, None, control, options))
+            except ValueError as error:
+                logger.warning("weights are not made for a design: %s", error)
     if not traced:
         raise ValueError("windows are empty: pairs are weighted for the peaks of a resonance")
     search = _Weights(
@@ -196,11 +223,17 @@ def _grown(
     options: HyperReductionOptions,
 ) -> tuple[Joint, Array]:
     """The joint of as many pairs as the tolerances or the count ask for, and errors of peaks."""
-    trial = float(options.first_trial if count is None else count)
+    trial, waiting = float(options.first_trial if count is None else count), list(traced)
     while True:
         is_within = search.grow(round(trial))
-        kept = keep_elements(joint, search.weight[joint.law.point_of_element])
-        errors = options.safety * np.max([backbone.errors(kept) for backbone in traced], axis=0)
+        weight, errors = search.weight[joint.law.point_of_element], np.zeros(2)
+        kept = keep_elements(joint, weight)
+        for place, backbone in enumerate(waiting):
+            errors = np.maximum(errors, options.safety * backbone.errors(weight))
+            if count is None and np.any(errors > tolerances):
+                # it is probably the next time, too
+                waiting.insert(0, waiting.pop(place))
+                break
         logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
         if count is not None or np.all(errors <= tolerances):
             return kept, errors
@@ -248,12 +281,13 @@ class _TracedBackbone:
             size = a * np.sqrt(state.eigenvalue.real) * force_tolerance
             yield (modal / (scale[:, None] * size)).reshape(-1, joint.points)
 
-    def errors(self, joint: Joint) -> Array:
-        """Largest relative errors of frequency and amplitude of the peaks of another joint.
+    def errors(self, weight: Array) -> Array:
+        """Largest relative errors of frequency and amplitude of the peaks with weighted elements.
 
         Infinite where more than a tenth of the states are not found.
         """
         whole = self.equations
+        joint = keep_elements(whole.balance.joint, weight)
         equations = EPMCEquations(joint, whole.balance.damping, whole.resonance)
         control = StepControl(
             tolerance=self.options.corrector_tolerance,
@@ -281,14 +315,13 @@ class _TracedBackbone:
 
 
 def _trace(
-    joint: Joint,
-    forces: Sequence[float],
-    damping: Damping,
+    held: HeldPeaks,
     resonance: int,
     window: tuple[float, float] | None,
     control: StepControl,
     options: HyperReductionOptions,
 ) -> _TracedBackbone:
+    joint, forces, damping = held
     window = frequency_window(joint, resonance=resonance) if window is None else window
     backbone = trace_for_forces(
         joint, forces, damping=damping, window=window, resonance=resonance, control=control
