@@ -66,7 +66,6 @@ rule weigh_pairs:
         library=library("weigh_pairs.py"),
         problem=lambda w: problem(w.case, w.basis),
         accuracy=lambda w: study.hyper_reduction.options(w.joint),
-        of_sweep=lambda w: is_of_sweep(w.case, w.basis, w.joint),
     script:
         "../scripts/weigh_pairs.py"
 

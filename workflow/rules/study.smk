@@ -269,10 +269,13 @@ def variants_of_sweep(sweep, checking=False):
     ]
 
 
-def numbered_variants(sweep, case):
-    """The variants of a sweep whose case has this name, with their numbers."""
-    variants = enumerate(study.possible_variants(sweep))
-    return [(n, each) for n, each in variants if each.case_name == case]
+@cache
+def variants_by_case(sweep):
+    """The variants of a sweep with their numbers, by the name of their case."""
+    by_case = {}
+    for numbered in enumerate(study.possible_variants(sweep)):
+        by_case.setdefault(numbered[1].case_name, []).append(numbered)
+    return by_case
 
 
 def drawn_on_page(case):

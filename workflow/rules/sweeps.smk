@@ -38,12 +38,14 @@ rule weigh_pairs_of_sweep:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        **SMALL,
+        # as long as some hundred designs
+        mem_mb=lambda w: resources_needed.of_any("designs")["mem_mb"],
+        runtime=lambda w: resources_needed.of_any("designs")["runtime"],
     params:
         library=library("weigh_pairs_of_sweep.py"),
         case=lambda w: study.base_of_sweep(w.sweep),
-        values=lambda w: numbered_variants(w.sweep, w.case)[0][1].values,
-        variants=lambda w: [n for n, _ in numbered_variants(w.sweep, w.case)],
+        values=lambda w: variants_by_case(w.sweep)[w.case][0][1].values,
+        variants=lambda w: [n for n, _ in variants_by_case(w.sweep)[w.case]],
         steps=study.solver.steps,
         accuracy=lambda w: study.hyper_reduction.options(w.joint),
     script:

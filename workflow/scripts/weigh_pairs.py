@@ -25,4 +25,4 @@ def weigh() -> xr.Dataset:
     return joint_to_dataset(weighted, stored).merge(fit, combine_attrs="no_conflicts")
 
 
-save_joint(weigh, snakemake.output.joint, params, params.of_sweep)
+save_joint(weigh, snakemake.output.joint, params)

@@ -208,7 +208,8 @@ class HyperReduction(Entry):
     """Accuracy of the joints ``hyper=auto``, in which few weighted contact pairs stand for all.
 
     They have the fewest pairs with which no peak of the resonances that are solved is estimated to
-    have a larger error, under any force between the smallest and the largest of the case.
+    have a larger error, under any force between the smallest and the largest of the case; in a
+    sweep, no peak of some designs spread over it.
     """
 
     frequency_tolerance: Fraction = 1e-3

@@ -18,6 +18,7 @@ _WORDS = {
     "connect_nodes": "joint node to node",
     "partition_regions": "joint of regions",
     "weigh_pairs": "joint of weighted pairs",
+    "weigh_pairs_of": "joint of weighted pairs of",
     "reduce_joint": "fewer elements",
     "find_peaks": "peaks of the reference",
     "solve_responses": "responses",
@@ -233,6 +234,8 @@ def words_of(rule: str, wildcards: Mapping[str, object]) -> str:
     'preload (beam, 5000)'
     >>> words_of("write_page_of_case", {"case": "mine"})
     'page of case (mine)'
+    >>> words_of("weigh_pairs_of_sweep", {"sweep": "loosened"})
+    'joint of weighted pairs of sweep (loosened)'
     """
     name = max((name for name in _WORDS if rule.startswith(name)), key=len, default="")
     subject = rule.removeprefix(name).strip("_").replace("_", " ")

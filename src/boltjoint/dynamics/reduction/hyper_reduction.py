@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.config.numerical_options import HyperReduction
-from boltjoint.damping import Damping, as_damping
+from boltjoint.damping import Damping
 from boltjoint.dataset import quantity
 from boltjoint.dynamics.backbone.backbone import Backbone, trace_for_forces
 from boltjoint.dynamics.backbone.epmc import EPMCEquations, ModalState
@@ -94,7 +94,7 @@ class HyperReductionOptions(Options):
 
 
 class HeldPeaks(NamedTuple):
-    """Peaks that weights hold: of a joint, under all forces [N] up to the largest."""
+    """A joint whose peaks weights hold; forces and damping as for ``weigh_pairs``."""
 
     joint: Joint
     forces: Sequence[float]
@@ -139,7 +139,8 @@ def weigh_pairs(
         Numerical options.
     others
         Peaks that the weights hold too: of joints with the same pairs, but other coefficients, as
-        the designs of a sweep, with windows of their own.
+        the designs of a sweep, with windows of their own. One without a backbone is left out, with
+        a warning.
 
     Returns
     -------
@@ -173,24 +174,23 @@ def weigh_pairs(
     checks.sequence("others", others, HeldPeaks)
     alike = count_alike(joint)
     for place, other in enumerate(others):
-        if not np.array_equal(count_alike(other.joint), alike):
+        checks.instance(f"joint of others[{place}]", other.joint, Joint)
+        if not np.array_equal(other.joint.law.point_of_element, joint.law.point_of_element):
             raise ValueError(f"joint of others[{place}] has other pairs")
-    held = [
-        each._replace(joint=keep_elements(each.joint, alike))
-        for each in (HeldPeaks(joint, forces, as_damping(damping)), *others)
-    ]
-    joint, alike = held[0].joint, alike[alike > 0]
-    on = joint.law.point_of_element
+        if not np.array_equal(count_alike(other.joint), alike):
+            alike = np.ones(alike.shape)
+    joint, weight = keep_elements(joint, alike), alike
+    alike, on = alike[alike > 0], joint.law.point_of_element
     traced = [
-        _trace(held[0], resonance, window, control, options)
+        _trace(HeldPeaks(joint, forces, damping), resonance, window, control, options)
         for resonance, window in windows.items()
     ]
-    for other in held[1:]:
-        for resonance in windows:
-            try:
-                traced.append(_trace(other, resonance, None, control, options))
-            except ValueError as error:
-                logger.warning("weights are not made for a design: %s", error)
+    for place, other in enumerate(others):
+        same = other._replace(joint=keep_elements(other.joint, weight))
+        try:
+            traced += [_trace(same, resonance, None, control, options) for resonance in windows]
+        except (ValueError, ArithmeticError) as error:
+            logger.warning("weights are not made for others[%d]: %s", place, error)
     if not traced:
         raise ValueError("windows are empty: pairs are weighted for the peaks of a resonance")
     search = _Weights(
@@ -223,16 +223,16 @@ def _grown(
     options: HyperReductionOptions,
 ) -> tuple[Joint, Array]:
     """The joint of as many pairs as the tolerances or the count ask for, and errors of peaks."""
-    trial, waiting = float(options.first_trial if count is None else count), list(traced)
+    trial, in_order = float(options.first_trial if count is None else count), list(traced)
     while True:
         is_within = search.grow(round(trial))
         weight, errors = search.weight[joint.law.point_of_element], np.zeros(2)
         kept = keep_elements(joint, weight)
-        for place, backbone in enumerate(waiting):
+        for place, backbone in enumerate(in_order):
             errors = np.maximum(errors, options.safety * backbone.errors(weight))
             if count is None and np.any(errors > tolerances):
-                # it is probably the next time, too
-                waiting.insert(0, waiting.pop(place))
+                # what is off by more than the tolerances comes first the next time
+                in_order.insert(0, in_order.pop(place))
                 break
         logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
         if count is not None or np.all(errors <= tolerances):
