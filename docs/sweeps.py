@@ -25,6 +25,13 @@ def load(name: str) -> xr.Dataset:
     return dataset.load(RESULTS / f"sweeps/{name}/sweep.nc")
 
 
+def solved_with(name: str) -> list[tuple[int, int]]:
+    """Highest harmonics with which designs are solved, from the most, and how many are."""
+    sweep = load(name)
+    numbers = sweep["harmonic_peak_amplitude"].count("design").to_numpy().tolist()
+    return list(zip(sweep["harmonics"].to_numpy().tolist(), numbers, strict=True))[::-1]
+
+
 def statistics(name: str) -> pd.DataFrame:
     """Quantiles of the peaks, by what is observed."""
     return tabulate_statistics(load(name)).set_index("observed")

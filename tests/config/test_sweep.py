@@ -65,6 +65,8 @@ def test_the_last_joint_of_a_sweep_is_the_one_that_it_asks_for(changed, joint):
     # limits of the model are those of the first
     assert files[0].endswith("/node-to-node/joint.nc")
     assert files[-1].endswith(f"/{joint}/joint.nc")
+    # weights are made for the designs of the sweep
+    assert files[-1].startswith(f"results/sweeps/{NAME}/") == joint.startswith("hyper")
 
 
 def test_a_base_case_need_not_run(changed):

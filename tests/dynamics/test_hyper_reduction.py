@@ -1,5 +1,7 @@
 """Weighted pairs: their forces, their weights, and the peaks that they hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import nnls
@@ -84,6 +86,16 @@ def errors_of_peaks(joint, few):
 def test_designs_with_other_pairs_are_refused():
     with pytest.raises(ValueError, match=r"joint of others\[0\] has other pairs"):
         weigh_pairs(make_joint(), FORCES, LOSS, others=[HeldPeaks(make_joint(50), FORCES, LOSS)])
+
+
+def test_a_design_that_is_not_excited_is_left_out(caplog):
+    joint = make_joint()
+    still = replace(joint, excitation_mode=np.zeros(3))
+    _, fit = weigh_pairs(joint, FORCES, LOSS, count=15, others=[HeldPeaks(still, FORCES, LOSS)])
+    assert "weights are not made for others[0]: " in caplog.text
+    np.testing.assert_array_equal(
+        fit["weight"], weigh_pairs(joint, FORCES, LOSS, count=15)[1]["weight"]
+    )
 
 
 def test_more_pairs_have_smaller_errors():
