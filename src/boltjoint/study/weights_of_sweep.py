@@ -33,7 +33,7 @@ def weigh_pairs_of_designs(
     Under the levels of the designs.
 
     Of the uncertain joint of the shipped sweeps, weights made for the base case alone were off by
-    up to 2.5 % in amplitude in 40 designs drawn at random, and with eight designs more by 0.13 %.
+    up to 2.5 % in amplitude in 40 designs drawn at random, and with eight designs more by 0.11 %.
 
     Parameters
     ----------
