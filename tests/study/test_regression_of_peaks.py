@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 from boltjoint.dataset import quantity
-from boltjoint.study.regression_of_peaks import rows_with_harmonics, with_predicted_peaks
+from boltjoint.study.regression_of_peaks import spread_designs, with_predicted_peaks
 
 DESIGNS, SOLVED = 600, 120
 
@@ -138,10 +138,10 @@ def test_designs_with_harmonics_are_spread_over_the_possible(number, drawn):
     preload = quantity("design", load, "N", "preload")
     designs = xr.Dataset({"reason": ("design", reason), "preload": preload})
     designs.attrs["varied"] = "preload"
-    rows = rows_with_harmonics(designs, number)
+    rows = spread_designs(designs, number)
     assert rows.sum() == drawn
     assert not rows[::5].any()
     # 20 at random leave gaps of 0.2
     assert np.diff(np.sort(load[rows]), prepend=1, append=2).max() < 0.12
     # the same each time: jobs of a sweep choose them on their own
-    np.testing.assert_array_equal(rows, rows_with_harmonics(designs, number))
+    np.testing.assert_array_equal(rows, spread_designs(designs, number))

@@ -49,8 +49,8 @@ _DEPENDENT = 1e-6
 logger = logging.getLogger(__name__)
 
 
-def rows_with_harmonics(designs: xr.Dataset, number: int | None) -> NDArray[np.bool_]:
-    """Which designs are solved with all harmonics, shape (designs,): spread over all, or all.
+def spread_designs(designs: xr.Dataset, number: int | None) -> NDArray[np.bool_]:
+    """Which designs are taken, shape (designs,): so many of the possible ones, spread over all.
 
     Each is the one farthest from those before, so that no part of the designs is without any.
 
@@ -62,10 +62,10 @@ def rows_with_harmonics(designs: xr.Dataset, number: int | None) -> NDArray[np.b
         How many of the possible designs; all, if there are not more, or with None.
     """
     possible = np.flatnonzero(designs["reason"].to_numpy() == "")
-    solved = np.zeros(designs["reason"].size, bool)
+    taken = np.zeros(designs["reason"].size, bool)
     if number is None or number >= possible.size:
-        solved[possible] = True
-        return solved
+        taken[possible] = True
+        return taken
     values = np.column_stack([_scaled(designs[name].to_numpy()) for name in varied(designs)])
     values = values[possible]
     # the first is the one in the middle
@@ -73,10 +73,10 @@ def rows_with_harmonics(designs: xr.Dataset, number: int | None) -> NDArray[np.b
     distance = np.full(possible.size, np.inf)
     # where several designs are the same there are fewer
     for _ in range(number):
-        solved[possible[chosen]] = True
+        taken[possible[chosen]] = True
         distance = np.minimum(distance, np.linalg.norm(values - values[chosen], axis=1))
         chosen = int(np.argmax(distance))
-    return solved
+    return taken
 
 
 def harmonics_of_designs(
@@ -93,10 +93,10 @@ def harmonics_of_designs(
         more harmonics are among those with fewer. All possible ones with None.
     """
     if numbers is None:
-        return np.where(rows_with_harmonics(designs, None), CONVERGING[-1], 0)
+        return np.where(spread_designs(designs, None), CONVERGING[-1], 0)
     highest = np.zeros(designs["reason"].size, np.int64)
     for harmonics, number in sorted(numbers.items()):
-        highest[rows_with_harmonics(designs, number)] = harmonics
+        highest[spread_designs(designs, number)] = harmonics
     return highest
 
 

@@ -13,7 +13,7 @@ from boltjoint.joint.model import Joint
 from boltjoint.solvers.step_control import StepControl
 from boltjoint.study.common_to_designs import IMPOSSIBLE
 from boltjoint.study.designs import SweptJoint, values_of
-from boltjoint.study.regression_of_peaks import rows_with_harmonics
+from boltjoint.study.regression_of_peaks import spread_designs
 
 logger = logging.getLogger(__name__)
 
@@ -72,7 +72,7 @@ def weigh_pairs_of_designs(
     swept = SweptJoint(case, [joint])
     base, (block, *_), others = swept.base, swept.base.solve, {}
     own = designs.isel(design=np.isin(designs["variant"].to_numpy(), variants))
-    for values in values_of(own.isel(design=rows_with_harmonics(own, number))):
+    for values in values_of(own.isel(design=spread_designs(own, number))):
         try:
             design, (rescaled,) = swept.rescaled(values)
         except IMPOSSIBLE as error:
