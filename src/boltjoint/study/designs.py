@@ -294,7 +294,7 @@ class SweptJoint:
 
     def rescaled(self, values: Mapping[str, float]) -> tuple[Case, list[Joint]]:
         """The case of the design with these values of its keys, and all joints with its contact."""
-        case = Case.model_validate(with_values(self.case, values))
+        case = self._case(values)
         before, after = dict(self.base.contact.options), dict(case.contact.options)
         law, _ = before.pop("law"), after.pop("law")
         ratio = case.nominal_preload / self.base.nominal_preload
@@ -342,7 +342,7 @@ class SweptJoint:
         (``converge_peak``), and truncation errors are extrapolated.
         """
         options = self.harmonics.up_to(highest)
-        damping = self.rescaled(values)[0].structural_damping
+        damping = self._case(values).structural_damping
         left_out = LeftOutHarmonics() if error_bars else None
         peaks = []
         for branch in branches:
@@ -389,6 +389,9 @@ class SweptJoint:
             return joints[-1]
         law = AlternatingFrequencyTime(joints[-1].contact.element_law, **self.sampling)
         return replace(joints[-1], law=law)
+
+    def _case(self, values: Mapping[str, float]) -> Case:
+        return Case.model_validate(with_values(self.case, values))
 
     def _window(self, joints: Sequence[Joint], margins: WindowMargins) -> tuple[float, float]:
         block = self.base.solve[0]

@@ -227,19 +227,19 @@ def _grown(
     while True:
         is_within = search.grow(round(trial))
         weight, errors = search.weight[joint.law.point_of_element], np.zeros(2)
-        kept = keep_elements(joint, weight)
+        points = np.count_nonzero(search.weight)
         for place, backbone in enumerate(in_order):
             errors = np.maximum(errors, options.safety * backbone.errors(weight))
             if count is None and np.any(errors > tolerances):
                 # what is off by more than the tolerances comes first the next time
                 in_order.insert(0, in_order.pop(place))
                 break
-        logger.info("%d pairs: errors of peaks %.1e and %.1e", kept.points, *errors)
+        logger.info("%d pairs: errors of peaks %.1e and %.1e", points, *errors)
         if count is not None or np.all(errors <= tolerances):
-            return kept, errors
+            return keep_elements(joint, weight), errors
         if not is_within:
             raise RuntimeError(
-                f"{kept.points} pairs hold the forces as well as all {joint.points}, but peaks "
+                f"{points} pairs hold the forces as well as all {joint.points}, but peaks "
                 f"still have errors of {errors[0]:.2g} and {errors[1]:.2g}: allow larger ones"
             )
         trial = max(trial + 1, options.trial_growth * trial)
