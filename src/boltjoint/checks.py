@@ -285,17 +285,7 @@ def _values(name: str, dataset: "xr.Dataset", key: str, dims: Sequence[str]) -> 
 
 
 def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | None) -> NDArray:
-    # NumPy drops masks in silence
-    rows = value if isinstance(value, list | tuple) else [value]
-    if any(np.ma.isMaskedArray(row) for row in rows):
-        raise ValueError(f"{name} is a masked array: it must be one without a mask")
-    try:
-        entries = np.asarray(value)
-    except ValueError:
-        raise ValueError(f"{name} must be an array of {what}: its rows differ in length") from None
-    except TypeError:
-        kind = type(value).__name__
-        raise ValueError(f"{name} must be an array of {what}, not of type {kind}") from None
+    entries = value if type(value) is np.ndarray else _as_entries(name, value, what)
     if entries.dtype.kind not in kinds:
         raise ValueError(f"{name} must be an array of {what}, not of type {entries.dtype}")
     if shape is not None and not _fits(entries.shape, shape):
@@ -304,7 +294,23 @@ def _plain(name: str, value: ArrayLike, kinds: str, what: str, shape: Shape | No
     return entries
 
 
+def _as_entries(name: str, value: ArrayLike, what: str) -> NDArray:
+    # NumPy drops masks in silence
+    rows = value if isinstance(value, list | tuple) else [value]
+    if any(np.ma.isMaskedArray(row) for row in rows):
+        raise ValueError(f"{name} is a masked array: it must be one without a mask")
+    try:
+        return np.asarray(value)
+    except ValueError:
+        raise ValueError(f"{name} must be an array of {what}: its rows differ in length") from None
+    except TypeError:
+        kind = type(value).__name__
+        raise ValueError(f"{name} must be an array of {what}, not of type {kind}") from None
+
+
 def _fits(lengths: tuple[int, ...], shape: Shape) -> bool:
+    if lengths == shape:
+        return True
     if len(lengths) != len(shape):
         return False
     for length, expected in zip(lengths, shape, strict=True):

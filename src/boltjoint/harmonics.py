@@ -83,6 +83,14 @@ class Components(tuple[str, ...]):
         """What stands in a vector one component after another, shape (components, ...)."""
         return x.reshape(len(self), -1)
 
+    def of_each(self, matrix: NDArray[np.float64]) -> NDArray[np.float64]:
+        """A matrix that acts on every component alike, shape (components * n,) * 2."""
+        count, n = len(self), len(matrix)
+        blocks = np.zeros((count, n, count, n))
+        for place in range(count):
+            blocks[place, :, place] = matrix
+        return blocks.reshape(count * n, count * n)
+
     def quarter_later(self) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Where each component of the motion a quarter of each period later stands, and its sign.
 

@@ -7,7 +7,8 @@ import pytest
 from calibrated_joint import AMPLITUDES, MODEL, PARAMETERS, TRUTH, make_joint, synthetic
 from small_joint import make_joint as make_other
 
-from boltjoint import backbone_at
+from boltjoint import MeasuredResponse, backbone_at
+from boltjoint.calibration import backbone_points, response_points
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
 from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
@@ -61,6 +62,25 @@ def test_derivatives_of_other_laws(law):
     curve = curve_of(np.tile([frequency, 0.01], (3, 1)), amplitudes, resonance=1)
     at = space.scaled([*(value for _, value in names), 0.003])
     assert_exact(ModelCurves(JointParameters(joint), (curve,), space), at)
+
+
+@pytest.mark.parametrize("kind", ["backbone", "response"])
+def test_a_law_without_kernel_has_the_same_derivatives(kind, monkeypatch):
+    space = ParameterSpace(PARAMETERS)
+    at = space.scaled(list(TRUTH.values()))
+    curve = synthetic()
+    if kind == "response":
+        frequency = np.linspace(88.0, 92.0, 4)
+        curve = MeasuredResponse(frequency, np.geomspace(1e-6, 1e-4, 4), 1.0, 0.1)
+    compared = ModelCurves(JointParameters(make_joint()), (curve,), space)
+    ((values, slopes),) = compared.curves_at(at)
+    for compiled in (backbone_points.CompiledMode, response_points.CompiledBalance):
+        monkeypatch.setattr(compiled, "of", lambda *_: None)
+    ((interpreted, their_slopes),) = compared.curves_at(at)
+    np.testing.assert_allclose(values, interpreted, rtol=1e-9)
+    # rounding over a step of 1e-6
+    largest = abs(slopes).max(axis=(0, 2))
+    assert np.all(abs(slopes - their_slopes).max(axis=(0, 2)) < 1e-8 * largest)
 
 
 def test_points_are_those_of_the_traced_backbone():

@@ -1,11 +1,13 @@
 """Joints under other contact coefficients and preloads: as made from these, to rounding."""
 
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
-from small_joint import connect_small
+from small_joint import connect_small, make_joint
 
 from boltjoint.friction.registry import LAWS
-from boltjoint.joint.derived import rescale_contact
+from boltjoint.joint.derived import rescale_contact, with_values
 from boltjoint.joint.fit_iwan import fit_iwan_joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
@@ -128,3 +130,20 @@ def test_a_preload_is_positive(ratio):
     joint, _ = connect_small("constant", BEFORE["constant"])
     with pytest.raises(ValueError, match="preload_ratio"):
         rescale_contact(joint, LAWS["constant"], BEFORE["constant"], AFTER["constant"], ratio)
+
+
+def test_a_joint_with_other_values_is_the_one_that_is_made_of_them():
+    joint = make_joint()
+    assert joint.contact.law is joint.law  # which a copy must not keep
+    law = joint.law.with_quantities({"slip_force": 2 * joint.law.slip_force})
+    frequency = 1.1 * joint.natural_frequency
+    found = with_values(joint, law, frequency)
+    made = replace(joint, law=law, natural_frequency=frequency)
+    assert found.contact.law is law and found.law is law
+    for entry in fields(made):
+        np.testing.assert_array_equal(getattr(found, entry.name), getattr(made, entry.name))
+    np.testing.assert_array_equal(found.stiffness_while_stuck(), made.stiffness_while_stuck())
+    with pytest.raises(ValueError, match="natural_frequency must be at least 0"):
+        with_values(joint, law, -frequency)
+    with pytest.raises(ValueError, match="natural_frequency has shape"):
+        with_values(joint, law, frequency[:-1])

@@ -12,6 +12,7 @@ with the matrix and derivatives of the residual at the solution.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from boltjoint.calibration.level_path import LevelCurve, LevelPath, LUFactors, NotReached
 from boltjoint.dynamics.backbone.compiled_epmc import CompiledMode
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.measurement.signals import MOTIONS
 
 Array = NDArray[np.float64]
@@ -49,14 +51,14 @@ class SensedMode:
         """Residual of the mode at (x, ln a), and of ln(amplitude of the sensor) at its level."""
         residual = np.empty(y.size)
         residual[:-1] = self._residual(y[:-1], y[-1])
-        residual[-1] = self.log_size(y)[0] - level
+        residual[-1] = self.log_size(y) - level
         return residual
 
     def factors(self, y: Array) -> LUFactors | None:
         """Factors of the Jacobian where the residual was evaluated last; None if singular."""
         matrix = np.empty((y.size, y.size))
         matrix[:-1, :-1], matrix[:-1, -1] = self._derivatives(y[:-1], y[-1])
-        matrix[-1] = self.log_size(y)[1]
+        matrix[-1] = self._slope_of_log_size(y)
         return LUFactors.of(matrix)
 
     def is_possible(self, y: Array) -> bool:
@@ -68,37 +70,41 @@ class SensedMode:
         self._residual(y[:-1], y[-1])
         return self.factors(y)
 
-    def log_size(self, y: Array) -> tuple[float, Array]:
-        """Logarithm of the amplitude of the sensor, and its derivative by y."""
+    def log_size(self, y: Array) -> float:
+        """Logarithm of the amplitude of the sensor."""
+        if self.row is None:
+            return float(y[-1])
+        s, c = self._moved(y, self.row)
+        order, squared = MOTIONS[self.quantity], y[-3] * self.equations.scale
+        return float(y[-1]) + 0.5 * log(s * s + c * c) + 0.5 * order * log(squared)
+
+    def _slope_of_log_size(self, y: Array) -> Array:
+        """Its derivative by y."""
         slope = np.zeros(y.size)
         slope[-1] = 1.0
-        if self.row is None:
-            return float(y[-1]), slope
-        sin, cos = self.equations.sin, self.equations.cos
-        s, c = y[:-1][sin] @ self.row, y[:-1][cos] @ self.row
-        square = s * s + c * c
-        slope[:-1][sin], slope[:-1][cos] = s / square * self.row, c / square * self.row
-        order, squared = MOTIONS[self.quantity], y[-3] * self.equations.scale
-        slope[-3] += order / (2 * y[-3])
-        return float(y[-1] + 0.5 * np.log(square) + 0.5 * order * np.log(squared)), slope
+        if self.row is not None:
+            s, c = self._moved(y, self.row)
+            square = s * s + c * c
+            slope[self.equations.sin] = s / square * self.row
+            slope[self.equations.cos] = c / square * self.row
+            slope[-3] += MOTIONS[self.quantity] / (2 * y[-3])
+        return slope
 
-    def physical(self, y: Array) -> Array:
-        """The unknown with the eigenvalue in rad2/s2, which does not depend on parameters."""
-        moved = y.copy()
-        moved[-3:-1] *= self.equations.scale
-        return moved
+    def _moved(self, y: Array, row: Array) -> tuple[float, float]:
+        """Sine and cosine of the sensor in the mode."""
+        return float(y[self.equations.sin] @ row), float(y[self.equations.cos] @ row)
 
-    def residual_at(self, physical: Array, scale: float) -> Array:
-        """Residual at an unknown with a physical eigenvalue, in terms of another scale."""
-        y = physical.copy()
-        y[-3:-1] /= self.equations.scale
-        residual = self._residual(y[:-1], y[-1])
-        residual[:-2] *= self.equations.scale / scale
-        return residual
+    def residuals(self, unknowns: Array, balance: HarmonicBalance) -> Array:
+        """Residual of the mode of another balance, at several unknowns (motions, unknowns)."""
+        compiled = CompiledMode.of(balance, self.equations.scale)
+        if compiled is not None:
+            return compiled.residuals(unknowns)
+        equations = self.equations.with_balance(balance)
+        return np.array([equations.evaluate(y[:-1], y[-1])[0] for y in unknowns])
 
     @cached_property
     def _compiled(self) -> CompiledMode | None:
-        return CompiledMode.of(self.equations)
+        return CompiledMode.of(self.equations.balance, self.equations.scale)
 
     def _residual(self, x: Array, p: float) -> Array:
         compiled = self._compiled
@@ -115,7 +121,7 @@ class SensedMode:
 def solve_points(
     mode: SensedMode,
     amplitudes: Array,
-    neighbours: Sequence[tuple[SensedMode, SensedMode, float]] = (),
+    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]] = (),
 ) -> LevelCurve:
     """Frequency [Hz] and damping ratio of a mode at ascending amplitudes of its sensor.
 
@@ -126,7 +132,7 @@ def solve_points(
     amplitudes
         Ascending, shape (points,).
     neighbours
-        By parameter the mode with a lower and a higher value, and the difference of both in the
+        By parameter the balance with a lower and a higher value, and the difference of both in the
         scale of the parameter.
 
     Raises
@@ -138,34 +144,42 @@ def solve_points(
     y = np.append(start, 0.0)
     levels = np.log(amplitudes)
     first = levels[0] + np.log(_FIRST)
-    y[-1] = first - mode.log_size(y)[0]
+    y[-1] = first - mode.log_size(y)
     path = LevelPath(mode, y, first)
-    curves, slopes = [], []
-    for level in levels:
+    solved = np.empty((levels.size, y.size))
+    for point, level in enumerate(levels):
         if level > path.level:
             path.advance(level)
-        real, imaginary = mode.physical(path.y)[-3:-1]
-        w, zeta = np.sqrt(real), imaginary / (2 * real)
-        curves.append(np.array([w / (2 * np.pi), zeta]))
-        if neighbours:
-            d_real, d_imaginary = _derivatives_of_eigenvalue(mode, path.y, neighbours)
-            d_frequency = d_real / (2 * w) / (2 * np.pi)
-            d_damping = d_imaginary / (2 * real) - zeta * d_real / real
-            slopes.append(np.array([d_frequency, d_damping]))
-    return LevelCurve.of(curves, slopes)
+        solved[point] = path.y
+    real, imaginary = mode.equations.scale * solved[:, -3:-1].T
+    w, zeta = np.sqrt(real), imaginary / (2 * real)
+    curves = [*np.column_stack([w / (2 * np.pi), zeta])]
+    if not neighbours:
+        return LevelCurve.of(curves, ())
+    d_real, d_imaginary = _derivatives_of_eigenvalue(mode, solved, neighbours)
+    d_frequency = d_real / (2 * w[:, None]) / (2 * np.pi)
+    d_damping = d_imaginary / (2 * real[:, None]) - (zeta / real)[:, None] * d_real
+    return LevelCurve.of(curves, [*np.stack([d_frequency, d_damping], axis=1)])
 
 
 def _derivatives_of_eigenvalue(
-    mode: SensedMode, y: Array, neighbours: Sequence[tuple[SensedMode, SensedMode, float]]
-) -> Array:
-    """Real and imaginary part by ln(amplitude) and by each parameter, (2, 1 + parameters)."""
-    right = np.zeros((y.size, 1 + len(neighbours)))
-    right[-1, 0] = 1.0
-    physical, scale = mode.physical(y), mode.equations.scale
+    mode: SensedMode,
+    solved: Array,
+    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]],
+) -> tuple[Array, Array]:
+    """Real and imaginary part by ln(amplitude) and by each parameter, (points, 1 + parameters)."""
+    points, unknowns = solved.shape
+    right = np.zeros((points, unknowns, 1 + len(neighbours)))
+    right[:, -1, 0] = 1.0
     for n, (low, high, difference) in enumerate(neighbours, start=1):
-        change = high.residual_at(physical, scale) - low.residual_at(physical, scale)
-        right[:-1, n] = -change / difference
-    factors = mode.factors_at(y)
-    if factors is None:
-        raise NotReached("the matrix of a mode is singular")
-    return scale * factors.solve(right)[-3:-1]
+        # what is no parameter of the joint changes nothing
+        if not (low.joint is high.joint and low.damping is high.damping):
+            change = mode.residuals(solved, low) - mode.residuals(solved, high)
+            right[:, :-1, n] = change / difference
+    derivatives = np.empty((2, points, 1 + len(neighbours)))
+    for point, y in enumerate(solved):
+        factors = mode.factors_at(y)
+        if factors is None:
+            raise NotReached("the matrix of a mode is singular")
+        derivatives[:, point] = factors.solve(right[point])[-3:-1]
+    return tuple(mode.equations.scale * derivatives)

@@ -5,6 +5,7 @@ that a sensor measured.
 """
 
 from collections.abc import Callable, Sequence
+from math import sqrt
 from typing import NamedTuple, Protocol, TypeVar
 
 import numpy as np
@@ -130,7 +131,7 @@ class LevelPath:
             guess = self.y + step * self._tangent
             bend = step**2 / 2 * self._bend
             # across a corner of the law slopes tell nothing of what follows
-            if np.linalg.norm(bend) <= _LARGEST_BEND * np.linalg.norm(step * self._tangent):
+            if _length(bend) <= _LARGEST_BEND * _length(step * self._tangent):
                 guess += bend
             found = corrected(self._system, guess, level)
             if found is None:
@@ -152,6 +153,11 @@ class LevelPath:
         return self._factors.solve(right)
 
 
+def _length(x: Array) -> float:
+    """Euclidean norm, in a fraction of the time that NumPy's takes for a few numbers."""
+    return sqrt(x @ x)
+
+
 def _not_reached(level: float) -> NotReached:
     return NotReached(f"no motion was found at the amplitude {np.exp(level):.3g}")
 
@@ -169,19 +175,19 @@ def corrected(system: LevelSystem, y: Array, level: float) -> tuple[Array, LUFac
         residual = system.residual(y, level)
         if factors is not None:
             change = factors.solve(residual)
-            size = np.linalg.norm(change)
-            if size**2 <= _KEPT * _TOLERANCE * np.linalg.norm(y) * before:
+            size = _length(change)
+            if size**2 <= _KEPT * _TOLERANCE * _length(y) * before:
                 return y - change, factors
         factors = system.factors(y)
         if factors is None:
             return None
         change = factors.solve(residual)
-        size = np.linalg.norm(change)
+        size = _length(change)
         is_whole = size <= _LARGEST
         y = y - change * (1.0 if is_whole else _LARGEST / size)
-        if size <= _TOLERANCE * np.linalg.norm(y):
+        if size <= _TOLERANCE * _length(y):
             return y, factors
-        before = float(size) if is_whole else 0.0
+        before = size if is_whole else 0.0
     return None
 
 

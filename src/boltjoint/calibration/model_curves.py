@@ -165,31 +165,33 @@ class ModelCurves:
     ) -> LevelCurve:
         """Frequency and damping of a mode at amplitudes, and derivatives."""
         curve = self.measured[n]
-
-        def mode_at(at: Array) -> SensedMode:
-            joint, damping = joint_at(at, curve)
-            equations = EPMCEquations(joint, damping, self.resonances[n] or 1)
-            row = None if curve.quantity == MODAL else _row(joint, curve.sensor)
-            return SensedMode(equations, row, curve.quantity)
-
-        near = neighbours_of(mode_at, scaled, self.space.bounds) if slopes else ()
-        return solve_points(mode_at(scaled), levels, near)
+        joint, damping = joint_at(scaled, curve)
+        equations = EPMCEquations(joint, damping, self.resonances[n] or 1)
+        row = None if curve.quantity == MODAL else _row(joint, curve.sensor)
+        near = self._neighbours(joint_at, scaled, curve, 0.0) if slopes else ()
+        return solve_points(SensedMode(equations, row, curve.quantity), levels, near)
 
     def _response(
         self, joint_at: JointAt, scaled: Array, n: int, levels: Array, slopes: bool
     ) -> LevelCurve:
         """Logarithm of the excitation, and phase if it is compared, and derivatives."""
         curve = checks.instance("measured", self.measured[n], MeasuredResponse)
-
-        def balance_at(at: Array) -> HarmonicBalance:
-            return HarmonicBalance(*joint_at(at, curve), 1.0)
-
-        near = neighbours_of(balance_at, scaled, self.space.bounds) if slopes else ()
-        balance = balance_at(scaled)
+        balance = HarmonicBalance(*joint_at(scaled, curve), 1.0)
         row = _row(balance.joint, curve.sensor)
+        near = self._neighbours(joint_at, scaled, curve, 1.0) if slopes else ()
         solved = solve_motions(balance, row, curve.quantity, curve.frequency, levels, near)
         compared = slice(len(curve.quantities))
         return LevelCurve(*(values[:, compared] for values in solved))
+
+    def _neighbours(
+        self, joint_at: JointAt, scaled: Array, curve: Measurement, force: float
+    ) -> list[tuple[HarmonicBalance, HarmonicBalance, float]]:
+        """Balances on both sides of each parameter, and the difference of both."""
+
+        def balance_at(at: Array) -> HarmonicBalance:
+            return HarmonicBalance(*joint_at(at, curve), force)
+
+        return neighbours_of(balance_at, scaled, self.space.bounds)
 
     def _once(self) -> JointAt:
         """The model by parameters in their scales, made once for curves that have it in common.

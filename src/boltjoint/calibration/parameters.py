@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.stats import qmc
 from boltjoint import checks
 from boltjoint.damping import Damping, LossFactor, as_damping
 from boltjoint.friction.element_law import ElementLaw
+from boltjoint.joint.derived import with_values
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
@@ -220,7 +222,7 @@ class JointParameters:
                     f"and of contact points 0 to {self.joint.points - 1} as {allowed[0]}[0]"
                 )
         law = law.with_quantities(changed) if changed else law
-        return replace(self.joint, law=law, natural_frequency=frequency), damping
+        return with_values(self.joint, law, frequency), damping
 
     def _is_point(self, place: int | None) -> bool:
         return place is None or place in self.joint.law.point_of_element
@@ -228,13 +230,14 @@ class JointParameters:
     def _with(self, own: Array, quantity: str, place: int | None, value: float) -> Array:
         """The quantity of all elements with another value of some."""
         law = self.joint.contact.element_law
-        some = np.ones(own.size, bool) if place is None else law.point_of_element == place
+        some = slice(None) if place is None else law.point_of_element == place
         unit, _ = law.quantities[quantity]
         new = own.copy()
         new[some] = value if unit == "1" else own[some] * (value / own[some].sum())
         return new
 
 
+@cache
 def _parsed(name: str) -> tuple[str, int | None]:
     """Quantity and place of a name."""
     match = re.fullmatch(r"(\w+?)(?:\[(\d+)\])?", name)

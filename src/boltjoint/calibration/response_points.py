@@ -60,6 +60,17 @@ class ForcedBalance:
         forces = excited + self.balance.modal_force
         return forces / (a * w**2) - self.excitation @ y[-3:-1], forces, stiffness
 
+    def residuals(self, y: Array, w: Array) -> Array:
+        """The first of what ``evaluate`` returns, at several unknowns and their frequencies."""
+        a = np.exp(y[:, -1:])
+        motions = a * y[:, :-3]
+        if isinstance(self._solved, CompiledBalance):
+            excited = self._solved.residuals(motions, w)
+        else:
+            excited = np.array([self.balance.residual(*at) for at in zip(motions, w, strict=True)])
+        forces = excited + self.balance.modal_force
+        return forces / (a * w[:, None] ** 2) - y[:, -3:-1] @ self.excitation.T
+
 
 class SensedMotion:
     """The equations of a motion at one frequency, with the amplitude that a sensor measures.
@@ -185,28 +196,25 @@ def solve_motions(
     NotReached
         If a motion is not found.
     """
-    forced, values, slopes, before = ForcedBalance(balance), [], [], None
-    pairs = [
-        # what is no parameter of the joint changes nothing
-        None
-        if low.joint is high.joint and low.damping is high.damping
-        else (ForcedBalance(low), ForcedBalance(high), difference)
-        for low, high, difference in neighbours
-    ]
-    for w, a in zip(2 * np.pi * frequency, amplitude, strict=True):
-        motion = SensedMotion(forced, row, quantity, w)
-        y = before = _solved(motion, motion.level(a), before)
-        value, by_unknown = motion.excitation(y)
-        values.append(value)
-        if neighbours:
-            right = np.zeros((y.size, 1 + len(pairs)))
-            right[-1, 0] = 1.0
-            for n, pair in enumerate(pairs, start=1):
-                if pair is not None:
-                    low, high, difference = pair
-                    change = low.evaluate(y, w)[0] - high.evaluate(y, w)[0]
-                    right[:-3, n] = change / difference
-            slopes.append(by_unknown @ _factors_at(motion, y).solve(right)[-3:])
+    forced, w, y = ForcedBalance(balance), 2 * np.pi * frequency, None
+    motions = [SensedMotion(forced, row, quantity, each) for each in w.tolist()]
+    solved, values, slopes = [], [], []
+    for motion, a in zip(motions, amplitude, strict=True):
+        y = _solved(motion, motion.level(a), y)
+        solved.append(y)
+        values.append(motion.excitation(y)[0])
+    if neighbours:
+        unknowns = np.array(solved)
+        right = np.zeros((*unknowns.shape, 1 + len(neighbours)))
+        right[:, -1, 0] = 1.0
+        for n, (low, high, difference) in enumerate(neighbours, start=1):
+            # what is no parameter of the joint changes nothing
+            if not (low.joint is high.joint and low.damping is high.damping):
+                below, above = (ForcedBalance(side).residuals(unknowns, w) for side in (low, high))
+                right[:, :-3, n] = (below - above) / difference
+        for motion, y, sides in zip(motions, unknowns, right, strict=True):
+            by_unknown = motion.excitation(y)[1]
+            slopes.append(by_unknown @ _factors_at(motion, y).solve(sides)[-3:])
     return LevelCurve.of(values, slopes)
 
 

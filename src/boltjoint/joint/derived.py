@@ -1,6 +1,6 @@
-"""Joints made from others: with merged points, or with other contact and preload.
+"""Joints made from others: with other values, merged points, or other contact and preload.
 
-For the latter, contact without initial gap is homogeneous: loads and gaps of the assembled state
+For the last, contact without initial gap is homogeneous: loads and gaps of the assembled state
 are those of another preload times the ratio of both. With coefficients that are the same on all
 pairs of a surface, or per area, every quantity of an element is then a constant times one of these,
 and of the preload.
@@ -12,7 +12,7 @@ University: eq. 3.1 and 3.2.
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -21,9 +21,38 @@ from numpy.typing import NDArray
 from boltjoint import checks
 from boltjoint.friction.combined import elements_of_pairs
 from boltjoint.friction.element_law import ContactPairs, ElementLaw
+from boltjoint.friction.protocol import FrictionLaw
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
+
+
+def with_values(joint: Joint, law: FrictionLaw, natural_frequency: Array) -> Joint:
+    """The same joint with other values of its elements and of its structure.
+
+    Fits make thousands of them: what stays is not checked again.
+
+    Parameters
+    ----------
+    joint
+        Any joint.
+    law
+        Of the same kind, with as many elements, on the same points.
+    natural_frequency
+        As of the joint [Hz], shape (modes,).
+
+    Raises
+    ------
+    ValueError
+        If a natural frequency is negative or not finite, or there are not as many.
+    """
+    size = joint.natural_frequency.shape
+    frequency = checks.array("natural_frequency", natural_frequency, size, at_least=0)
+    values = {entry.name: getattr(joint, entry.name) for entry in fields(joint)}
+    values |= {"law": law, "natural_frequency": frequency}
+    updated = object.__new__(Joint)
+    vars(updated).update(values, contact=replace(joint.contact, law=law))
+    return updated
 
 
 def merge_points(joint: Joint, region: NDArray[np.int64], weight: Array | None = None) -> Joint:

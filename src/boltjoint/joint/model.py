@@ -184,7 +184,7 @@ class Joint:
         """Number of contact points."""
         return len(self.position)
 
-    @property
+    @cached_property
     def surface_places(self) -> SurfacePlaces:
         """``places``, or their default."""
         return _in_one_plane(self.position) if self.places is None else self.places

@@ -14,6 +14,7 @@ from boltjoint.dynamics.balance.compiled_balance import (
     evaluate_balance,
     form_jacobian_of_balance,
 )
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.solvers.compiled_steps import System
 
 Array = NDArray[np.float64]
@@ -49,6 +50,13 @@ def _evaluate(arrays: BalanceArrays, x: Array, p: float, residual: Array) -> Non
         for i in range(n):
             for j in range(n):
                 residual[i] += factor * arrays.varying[k, i, j] * x[j]
+
+
+@kept_loop
+def _evaluate_each(arrays: BalanceArrays, unknowns: Array, residuals: Array) -> None:
+    """Residuals at several unknowns with logarithms of the amplitude."""
+    for i in range(len(unknowns)):
+        _evaluate(arrays, unknowns[i, :-1], unknowns[i, -1], residuals[i])
 
 
 @kept_loop
@@ -129,10 +137,19 @@ class CompiledMode:
         self._arrays = arrays
 
     @classmethod
-    def of(cls, equations: EPMCEquations) -> "CompiledMode | None":
-        """Those of a mode; None where its law has no kernel."""
-        arrays = balance_arrays(equations.balance, float(equations.scale))
+    def of(cls, balance: HarmonicBalance, scale: float) -> "CompiledMode | None":
+        """Those of a mode over their scale; None where its law has no kernel."""
+        arrays = balance_arrays(balance, float(scale))
         return None if arrays is None else cls(arrays)
+
+    def residuals(self, unknowns: Array) -> Array:
+        """Residual at each of several unknowns and logarithms of the amplitude.
+
+        These are the last of each row, (motions, unknowns + 1).
+        """
+        residuals = np.empty((len(unknowns), unknowns.shape[1] - 1))
+        _evaluate_each(self._arrays, unknowns, residuals)
+        return residuals
 
     def residual(self, x: Array, p: float) -> Array:
         """Residual at the modal amplitude exp(p)."""

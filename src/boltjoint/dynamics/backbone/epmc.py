@@ -11,6 +11,7 @@ concept. Computers and Structures 154 (2015) 59-71.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -108,6 +109,13 @@ class EPMCEquations(Equations):
         least = _LEAST_LOSS_FACTOR if dissipates else _WITHOUT_DISSIPATION
         self.loss = max(loss / self.scale, least)
         self._last: _Unexcited | None = None
+
+    def with_balance(self, balance: HarmonicBalance) -> "EPMCEquations":
+        """The same equations, in the same scales, of a balance of as many modes and harmonics."""
+        other = copy(self)
+        other.balance, other._last = balance, None
+        _, _, other._power, other._varying = balance.linear_part()
+        return other
 
     @property
     def components(self) -> Components:

@@ -119,6 +119,13 @@ def evaluate_balance(arrays: BalanceArrays, x: Array, p: float, residual: Array)
     add_modal_force(arrays.rows, force, arrays.column, residual)
 
 
+@kept_loop
+def _evaluate_each(arrays: BalanceArrays, x: Array, p: Array, residuals: Array) -> None:
+    """Residuals at several motions and frequencies."""
+    for i in range(len(x)):
+        evaluate_balance(arrays, x[i], p[i], residuals[i])
+
+
 @summing_loop
 def _add_product(factor: float, matrix: Array, x: Array, target: Array) -> None:
     """Add the product of a matrix and a vector, times a factor."""
@@ -327,6 +334,12 @@ class CompiledBalance:
         """That of a balance; None where its law has no kernel."""
         arrays = balance_arrays(balance)
         return None if arrays is None else cls(arrays)
+
+    def residuals(self, x: Array, w: Array) -> Array:
+        """Residual at each of several motions (motions, unknowns) and their frequencies."""
+        residuals = np.empty_like(x)
+        _evaluate_each(self._arrays, x, w, residuals)
+        return residuals
 
     def residual_and_jacobian(self, x: Array, w: float) -> tuple[Array, LazyJacobian]:
         """As of the balance; the Jacobian can be formed until the next evaluation."""

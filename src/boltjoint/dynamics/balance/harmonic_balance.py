@@ -247,7 +247,7 @@ class HarmonicBalance:
     @cached_property
     def _static_stiffness(self) -> NDArray[np.float64]:
         """Elasticity and constant damping: the linear part of the equations at zero frequency."""
-        matrix = np.asarray(np.kron(np.eye(len(self.components)), self.stiffness), float)
+        matrix = self.components.of_each(self.stiffness)
         if self._mean is not None:
             matrix[self._mean, self._mean] = self.stiffness_of_mean
         constant = self.damping_matrix.constant

@@ -56,7 +56,7 @@ class ModalContact:
         """Modal stiffness while nothing slips [s^-2], shape (components * modes,) * 2."""
         stuck = self.contact.stuck_stiffness()
         stuck = stuck if self.basis is None else self.basis.T @ stuck @ self.basis
-        return np.asarray(np.kron(np.eye(len(self.components)), stuck), float)
+        return self.components.of_each(stuck)
 
     def motion(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Relative motion of the contact points [m], shape (points, directions * components)."""
