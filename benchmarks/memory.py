@@ -3,8 +3,8 @@
     python benchmarks/memory.py
 
 meshes the assemblies of the study, coarser, as they are and finer, runs every stage on each in a
-process of its own, and prints what it took. The constants of ``study.memory_and_time_of_jobs``
-come from here.
+process of its own, and prints what it took. The constants of
+``study.memory_and_time_of_assemblies`` come from here.
 """
 
 import argparse

@@ -8,6 +8,8 @@ from boltjoint.config.described import mesh_size
 from boltjoint.config.lap_joint import LapJoint
 from boltjoint.config.study import load_study
 from boltjoint.study import memory_and_time_of_study as needs
+from boltjoint.study.artefact_list import Contents
+from boltjoint.study.memory_and_time_of_jobs import jobs_on
 
 GIB = 2**30
 
@@ -206,6 +208,25 @@ def test_jobs_of_a_sweep_have_room_for_what_they_take_and_no_more(study, tmp_pat
     assert resources.of_any("unknown") == resources.SMALL
     # measured: a job with its two Snakemakes, where it compiles
     assert ten["mem_mb"] > 396 + 138 + 135
+
+
+def test_weights_of_a_sweep_are_jobs_of_their_own(study, tmp_path):
+    for name in ("one", "two"):
+        write(tmp_path / f"config/sweeps/{name}.yaml", SALTELLI)
+    write(tmp_path / "config/sweeps/all_pairs.yaml", SALTELLI | {"joint": "node-to-node"})
+    sweeps = ["one"], ["one", "two"], ["one", "all_pairs"]
+    assert [needs.estimate(study(sweeps=names)).joints for names in sweeps] == [1, 2, 2]
+
+    def seconds(name):
+        of_sweep = jobs_on(Contents(study(sweeps=[name])), name)
+        return sum(job.seconds for job in of_sweep if job.stage == "weights")
+
+    of_one = seconds("one")
+    assert of_one > 0 == seconds("all_pairs")
+    # those of the basis in which designs are checked are others
+    check = {"basis": "free-4", "joint": "hyper=30"}
+    write(tmp_path / "config/sweeps/one.yaml", SALTELLI | {"check": check})
+    assert seconds("one") == 2 * of_one
 
 
 def test_a_job_asks_for_the_time_of_its_own_basis_or_joint(study):

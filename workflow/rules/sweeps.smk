@@ -38,9 +38,8 @@ rule weigh_pairs_of_sweep:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        # as long as some hundred designs
-        mem_mb=lambda w: resources_needed.of_any("designs")["mem_mb"],
-        runtime=lambda w: resources_needed.of_any("designs")["runtime"],
+        mem_mb=lambda w: resources_of("weights", w.sweep)["mem_mb"],
+        runtime=lambda w: resources_of("weights", w.sweep)["runtime"],
     params:
         library=library("weigh_pairs_of_sweep.py"),
         case=lambda w: study.base_of_sweep(w.sweep),

@@ -81,7 +81,14 @@ def estimate(study: Study) -> Estimate:
         designs=sum(study.designs.values()),
         meshes=len({variant.assembly_name for variant in variants}),
         tightenings=len({(variant.assembly_name, variant.case.preload) for variant in variants}),
-        joints=len({(variant.case_name, variant.joint) for variant in variants}),
+        joints=len(
+            {
+                # weights of pairs are made for a sweep
+                (variant.case_name, variant.joint, name if variant.joint.pairs is not None else "")
+                for name in study.swept
+                for variant in study.possible_variants(name)
+            }
+        ),
     )
 
 
