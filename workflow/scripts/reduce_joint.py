@@ -20,7 +20,7 @@ def reduce() -> xr.Dataset:
     begun = time.process_time()
     reduced, fit = reduce_joint(regions, **params.reduction)
     taken.append(time.process_time() - begun)
-    return joint_to_dataset(reduced, stored).merge(fit, combine_attrs="no_conflicts")
+    return joint_to_dataset(reduced, stored, fit)
 
 
 save_joint(reduce, snakemake.output.joint, params, params.of_sweep)

@@ -22,7 +22,7 @@ def weigh() -> xr.Dataset:
         control=StepControl(**problem["steps"]),
         **params.accuracy,
     )
-    return joint_to_dataset(weighted, stored).merge(fit, combine_attrs="no_conflicts")
+    return joint_to_dataset(weighted, stored, fit)
 
 
 save_joint(weigh, snakemake.output.joint, params)

@@ -82,7 +82,9 @@ def save_joint(
     dataset.save(stored, path, parameters)
 
 
-def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr.Dataset:
+def joint_to_dataset(
+    joint: Joint, reduced_from: xr.Dataset | None = None, fit: xr.Dataset | None = None
+) -> xr.Dataset:
     """The dataset of a joint.
 
     Its ``resonance_range`` holds that of the joint which it was reduced from too, so that
@@ -94,6 +96,8 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
         The joint.
     reduced_from
         Dataset of the joint from which it was made, if it is a reduced one.
+    fit
+        How it was made, which the dataset holds too: as from ``weigh_pairs`` or ``reduce_joint``.
 
     Raises
     ------
@@ -142,7 +146,8 @@ def joint_to_dataset(joint: Joint, reduced_from: xr.Dataset | None = None) -> xr
     if isinstance(law, CombinedLaw):
         meaning = "law of the element, by its place in the names of law"
         stored["law_of_element"] = quantity("element", law.part_of_element, "1", meaning)
-    return xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+    made = xr.Dataset(stored, coords={"axis": ["x", "y", "z"]}, attrs={"law": law.name})
+    return made if fit is None else made.merge(fit, combine_attrs="no_conflicts")
 
 
 def _places(places: SurfacePlaces) -> dict[str, xr.Variable]:
