@@ -80,6 +80,14 @@ def test_a_page_says_first_how_far_its_peaks_are_off():
     assert "in the basis enriched-80 with up to 9 harmonics, whose further" in words
     tolerated = words_of(sweep_page("swept", sweep, content, largest_error=0.08))
     assert "7 % in amplitude: the largest errors of 5 designs drawn at random" in tolerated
+    # what is predicted tells its part
+    predicted = content.assign(
+        is_predicted=("design", np.ones(content.sizes["design"], bool)),
+        peak_amplitude_regression_error=("force", np.full(content.sizes["force"], 0.04)),
+    )
+    words = words_of(sweep_page("swept", sweep, predicted))
+    assert "(2.9 % in amplitude), and what the regression leaves of designs that" in words
+    assert "does not know (4 %)." in words
 
 
 @pytest.mark.parametrize("kind", ["grid", "sobol"])

@@ -420,6 +420,13 @@ def test_peaks_of_most_designs_follow_from_those_of_some():
     for what in ("frequency", "amplitude"):
         regression = told[f"peak_{what}_regression_error"].to_numpy()
         assert np.all(told[f"peak_{what}_error"].to_numpy() > regression)
+    # what tells what it is made of is of the level with the largest error
+    error, known = error_of_sweep(told), gather_sweep(content, designs, [whole], {}, check)
+    worst = int(told["peak_amplitude_error"].to_numpy().argmax())
+    assert error.regression == float(told["peak_amplitude_regression_error"][worst]) > 0
+    assert error.model == pytest.approx(float(known["peak_amplitude_error"][worst]), rel=1e-9)
+    alone = error_of_sweep(known)
+    assert alone.regression == 0 and alone.model == pytest.approx(alone.amplitude, rel=1e-12)
 
 
 @pytest.fixture(scope="module")

@@ -54,11 +54,21 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
 
 
 class SweepError(NamedTuple):
-    """How far the peaks of a sweep are off, relative, and how many designs tell it."""
+    """How far the peaks of a sweep are off, relative, and how many designs tell it.
+
+    ``regression`` is what of the error in amplitude is that of peaks which are predicted from
+    others, 0 without any; ``model`` the rest, of the checked designs.
+    """
 
     frequency: float
     amplitude: float
     designs: int
+    regression: float
+
+    @property
+    def model(self) -> float:
+        """The error in amplitude without that of the regression."""
+        return (1 + self.amplitude) / (1 + self.regression) - 1
 
 
 def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
@@ -73,7 +83,11 @@ def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
     if errors is None or not np.isfinite([*errors.values()]).all():
         return None
     frequency, amplitude = (max(errors[what]) for what in QUANTITIES)
-    return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])))
+    regression = 0.0
+    if (name := "peak_amplitude_regression_error") in sweep:
+        of_levels = np.nan_to_num(np.ravel(sweep[name].to_numpy()))
+        regression = float(of_levels[errors["amplitude"].index(amplitude)])
+    return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])), regression)
 
 
 def errors_by_level(sweep: xr.Dataset) -> dict[str, list[float]] | None:
