@@ -12,7 +12,6 @@ with the matrix and derivatives of the residual at the solution.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from math import log
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +75,7 @@ class SensedMode:
             return float(y[-1])
         s, c = self._moved(y, self.row)
         order, squared = MOTIONS[self.quantity], y[-3] * self.equations.scale
-        return float(y[-1]) + 0.5 * log(s * s + c * c) + 0.5 * order * log(squared)
+        return float(y[-1] + 0.5 * np.log(s * s + c * c) + 0.5 * order * np.log(squared))
 
     def _slope_of_log_size(self, y: Array) -> Array:
         """Its derivative by y."""
