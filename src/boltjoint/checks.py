@@ -309,8 +309,6 @@ def _as_entries(name: str, value: ArrayLike, what: str) -> NDArray:
 
 
 def _fits(lengths: tuple[int, ...], shape: Shape) -> bool:
-    if lengths == shape:
-        return True
     if len(lengths) != len(shape):
         return False
     for length, expected in zip(lengths, shape, strict=True):

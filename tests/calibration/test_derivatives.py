@@ -1,6 +1,7 @@
 """Derivatives of backbones at given amplitudes by all parameters."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +9,12 @@ from calibrated_joint import AMPLITUDES, MODEL, PARAMETERS, TRUTH, make_joint, s
 from small_joint import make_joint as make_other
 
 from boltjoint import MeasuredResponse, backbone_at
-from boltjoint.calibration import backbone_points, response_points
+from boltjoint.calibration import backbone_points, model_curves, response_points
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
+from boltjoint.calibration.level_path import NotReached
 from boltjoint.calibration.model_curves import ModelCurves
 from boltjoint.calibration.parameters import JointParameters, Parameter, ParameterSpace
+from boltjoint.damping import RayleighDamping
 from boltjoint.dynamics.backbone.backbone import trace_backbone
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
 
@@ -64,15 +67,28 @@ def test_derivatives_of_other_laws(law):
     assert_exact(ModelCurves(JointParameters(joint), (curve,), space), at)
 
 
+def curve_of_kind(kind):
+    if kind == "backbone":
+        return synthetic()
+    frequency = np.linspace(88.0, 92.0, 4)
+    return MeasuredResponse(frequency, np.geomspace(1e-6, 1e-4, 4), 1.0, 0.1)
+
+
+def shaken(values):
+    """Damping that goes with the frequency, and a sensor that turns with a parameter."""
+    joint, _ = JointParameters(make_joint())(
+        {name: value for name, value in values.items() if name != "turn"}
+    )
+    turned = joint.response_mode * (1 + values["turn"] * np.arange(3))
+    return replace(joint, response_mode=turned), RayleighDamping(0.5, 1e-6)
+
+
 @pytest.mark.parametrize("kind", ["backbone", "response"])
 def test_a_law_without_kernel_has_the_same_derivatives(kind, monkeypatch):
-    space = ParameterSpace(PARAMETERS)
-    at = space.scaled(list(TRUTH.values()))
-    curve = synthetic()
-    if kind == "response":
-        frequency = np.linspace(88.0, 92.0, 4)
-        curve = MeasuredResponse(frequency, np.geomspace(1e-6, 1e-4, 4), 1.0, 0.1)
-    compared = ModelCurves(JointParameters(make_joint()), (curve,), space)
+    names = [p for p in PARAMETERS if p.name != "loss_factor"]
+    space = ParameterSpace([*names, Parameter("turn", 0.1, 1.0)])
+    at = space.scaled([*(TRUTH[p.name] for p in names), 0.3])
+    compared = ModelCurves(shaken, (curve_of_kind(kind),), space)
     ((values, slopes),) = compared.curves_at(at)
     for compiled in (backbone_points.CompiledMode, response_points.CompiledBalance):
         monkeypatch.setattr(compiled, "of", lambda *_: None)
@@ -81,6 +97,47 @@ def test_a_law_without_kernel_has_the_same_derivatives(kind, monkeypatch):
     # rounding over a step of 1e-6
     largest = abs(slopes).max(axis=(0, 2))
     assert np.all(abs(slopes - their_slopes).max(axis=(0, 2)) < 1e-8 * largest)
+
+
+@pytest.mark.parametrize("kind", ["backbone", "response"])
+def test_sensors_may_depend_on_parameters(kind):
+    space = ParameterSpace([PARAMETERS[1], Parameter("turn", 0.1, 1.0)])
+    others = {"tangential_stiffness": 2e6, "chi": -0.5}
+    compared = ModelCurves(
+        lambda values: shaken({**others, **values}), (curve_of_kind(kind),), space
+    )
+    assert_exact(compared, space.scaled([36.0, 0.3]))
+
+
+@pytest.mark.parametrize("kind", ["backbone", "response"])
+def test_a_sensor_that_does_not_move_has_no_curve(kind):
+    still = replace(make_joint(), response_mode=np.zeros(3))
+    space = ParameterSpace(PARAMETERS[:1])
+    compared = ModelCurves(JointParameters(still, 0.002), (curve_of_kind(kind),), space)
+    with np.errstate(all="ignore"), pytest.raises(NotReached, match=r"sensor|no motion was found"):
+        compared.curves_at(space.scaled([2e6]))
+
+
+def test_all_joints_of_a_model_have_as_many_modes(monkeypatch):
+    def model(values):
+        joint, damping = MODEL({})
+        return (joint if values["slip_force"] <= 36 else cut(joint)), damping
+
+    def cut(joint):
+        names = "natural_frequency", "excitation_mode", "response_mode"
+        fewer = {name: getattr(joint, name)[:2] for name in names}
+        return replace(joint, **fewer, tangential_mode=joint.tangential_mode[:, :2])
+
+    space = ParameterSpace([Parameter("slip_force", 3.0, 400.0)])
+    with pytest.raises(ValueError, match="as many modes and harmonics whatever its parameters"):
+        ModelCurves(model, (synthetic(),), space)
+    # within bounds of as many, but not beside the parameters
+    space = ParameterSpace([Parameter("slip_force", 3.0, 36.0)])
+    compared = ModelCurves(model, (synthetic(),), space)
+    compared.curves_at(space.scaled([30.0]))
+    monkeypatch.setattr(model_curves, "neighbours_of", lambda at, *_: [at(space.scaled([37.0]))])
+    with pytest.raises(ValueError, match="as many modes and harmonics whatever its parameters"):
+        compared.curves_at(space.scaled([30.0]))
 
 
 def test_points_are_those_of_the_traced_backbone():

@@ -215,7 +215,7 @@ def test_an_exception_while_checking_is_a_line_with_its_file(study, monkeypatch,
 @pytest.mark.parametrize(
     ("name", "line"),
     [
-        ("_of_assembly", "config/assemblies/two_bolt.yaml: cannot be estimated"),
+        ("of_assembly", "config/assemblies/two_bolt.yaml: cannot be estimated"),
         ("_memory_of_balance", "config/cases/small.yaml: cannot be estimated"),
         ("_of_calibration", "config/cases/measured.yaml: cannot be estimated"),
         ("_of_sweep", "config/sweeps/grid.yaml: cannot be estimated"),

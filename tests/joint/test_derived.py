@@ -7,7 +7,7 @@ import pytest
 from small_joint import connect_small, make_joint
 
 from boltjoint.friction.registry import LAWS
-from boltjoint.joint.derived import rescale_contact, with_values
+from boltjoint.joint.derived import rescale_contact, with_elements
 from boltjoint.joint.fit_iwan import fit_iwan_joint
 from boltjoint.joint.partition import partition_regions
 from boltjoint.joint.reduced import fit_reduced_joint, tabulate_joint
@@ -137,13 +137,15 @@ def test_a_joint_with_other_values_is_the_one_that_is_made_of_them():
     assert joint.contact.law is joint.law  # which a copy must not keep
     law = joint.law.with_quantities({"slip_force": 2 * joint.law.slip_force})
     frequency = 1.1 * joint.natural_frequency
-    found = with_values(joint, law, frequency)
+    found = with_elements(joint, law, frequency)
     made = replace(joint, law=law, natural_frequency=frequency)
     assert found.contact.law is law and found.law is law
     for entry in fields(made):
         np.testing.assert_array_equal(getattr(found, entry.name), getattr(made, entry.name))
     np.testing.assert_array_equal(found.stiffness_while_stuck(), made.stiffness_while_stuck())
     with pytest.raises(ValueError, match="natural_frequency must be at least 0"):
-        with_values(joint, law, -frequency)
+        with_elements(joint, law, -frequency)
+    with pytest.raises(ValueError, match="must be on the points of those of the joint"):
+        with_elements(joint, law.moved_to(law.point_of_element[::-1].copy()), frequency)
     with pytest.raises(ValueError, match="natural_frequency has shape"):
-        with_values(joint, law, frequency[:-1])
+        with_elements(joint, law, frequency[:-1])

@@ -38,8 +38,8 @@ rule weigh_pairs_of_sweep:
     conda:
         "../envs/boltjoint.yaml"
     resources:
-        mem_mb=lambda w: resources_of("weights", w.sweep)["mem_mb"],
-        runtime=lambda w: resources_of("weights", w.sweep)["runtime"],
+        mem_mb=lambda w: resources_of("weights", w.sweep, w.basis)["mem_mb"],
+        runtime=lambda w: resources_of("weights", w.sweep, w.basis)["runtime"],
     params:
         library=library("weigh_pairs_of_sweep.py"),
         case=lambda w: study.base_of_sweep(w.sweep),

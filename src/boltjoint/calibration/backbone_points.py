@@ -11,15 +11,22 @@ with the matrix and derivatives of the residual at the solution.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.calibration.level_path import LevelCurve, LevelPath, LUFactors, NotReached
+from boltjoint.calibration.level_path import (
+    LevelCurve,
+    LevelPath,
+    LUFactors,
+    Neighbours,
+    NotReached,
+    SensedBalance,
+    change_by_parameters,
+)
 from boltjoint.dynamics.backbone.compiled_epmc import CompiledMode
 from boltjoint.dynamics.backbone.epmc import EPMCEquations
-from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.measurement.signals import MOTIONS
 
 Array = NDArray[np.float64]
@@ -71,14 +78,18 @@ class SensedMode:
 
     def log_size(self, y: Array) -> float:
         """Logarithm of the amplitude of the sensor."""
-        if self.row is None:
-            return float(y[-1])
-        s, c = self._moved(y, self.row)
-        order, squared = MOTIONS[self.quantity], y[-3] * self.equations.scale
-        return float(y[-1] + 0.5 * np.log(s * s + c * c) + 0.5 * order * np.log(squared))
+        return float(self._log_size(y, self.row))
+
+    def _log_size(self, y: Array, row: Array | None) -> Array:
+        """That of a sensor at each of some unknowns, (..., unknowns)."""
+        if row is None:
+            return y[..., -1]
+        s, c = self._moved(y, row)
+        order, squared = MOTIONS[self.quantity], y[..., -3] * self.equations.scale
+        return y[..., -1] + 0.5 * np.log(s * s + c * c) + 0.5 * order * np.log(squared)
 
     def _slope_of_log_size(self, y: Array) -> Array:
-        """Its derivative by y."""
+        """Derivative of ``log_size`` by y, shape (unknowns,)."""
         slope = np.zeros(y.size)
         slope[-1] = 1.0
         if self.row is not None:
@@ -89,17 +100,25 @@ class SensedMode:
             slope[-3] += MOTIONS[self.quantity] / (2 * y[-3])
         return slope
 
-    def _moved(self, y: Array, row: Array) -> tuple[float, float]:
-        """Sine and cosine of the sensor in the mode."""
-        return float(y[self.equations.sin] @ row), float(y[self.equations.cos] @ row)
+    def _moved(self, y: Array, row: Array) -> tuple[Array, Array]:
+        """Sine and cosine of a sensor in the mode at each of some unknowns."""
+        return y[..., self.equations.sin] @ row, y[..., self.equations.cos] @ row
 
-    def residuals(self, unknowns: Array, balance: HarmonicBalance) -> Array:
-        """Residual of the mode of another balance, at several unknowns (motions, unknowns)."""
-        compiled = CompiledMode.of(balance, self.equations.scale)
+    def residuals(self, unknowns: Array, other: SensedBalance) -> Array:
+        """Residual of the mode of another balance and its sensor at level 0, at several unknowns.
+
+        Both of shape (points, unknowns), with ln a last; the balance is without excitation.
+        """
+        residuals = np.empty_like(unknowns)
+        residuals[:, -1] = self._log_size(unknowns, other.row)
+        compiled = CompiledMode.of(other.balance, self.equations.scale)
         if compiled is not None:
-            return compiled.residuals(unknowns)
-        equations = self.equations.with_balance(balance)
-        return np.array([equations.evaluate(y[:-1], y[-1])[0] for y in unknowns])
+            residuals[:, :-1] = compiled.residuals(unknowns)
+        else:
+            equations = self.equations.with_balance(other.balance)
+            for residual, y in zip(residuals, unknowns, strict=True):
+                residual[:-1] = equations.evaluate(y[:-1], y[-1])[0]
+        return residuals
 
     @cached_property
     def _compiled(self) -> CompiledMode | None:
@@ -120,7 +139,7 @@ class SensedMode:
 def solve_points(
     mode: SensedMode,
     amplitudes: Array,
-    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]] = (),
+    neighbours: Sequence[Neighbours] = (),
 ) -> LevelCurve:
     """Frequency [Hz] and damping ratio of a mode at ascending amplitudes of its sensor.
 
@@ -131,8 +150,7 @@ def solve_points(
     amplitudes
         Ascending, shape (points,).
     neighbours
-        By parameter the balance with a lower and a higher value, and the difference of both in the
-        scale of the parameter.
+        Of each parameter, of balances without excitation.
 
     Raises
     ------
@@ -152,33 +170,17 @@ def solve_points(
         solved[point] = path.y
     real, imaginary = mode.equations.scale * solved[:, -3:-1].T
     w, zeta = np.sqrt(real), imaginary / (2 * real)
-    curves = [*np.column_stack([w / (2 * np.pi), zeta])]
+    values = np.column_stack([w / (2 * np.pi), zeta])
     if not neighbours:
-        return LevelCurve.of(curves, ())
-    d_real, d_imaginary = _derivatives_of_eigenvalue(mode, solved, neighbours)
-    d_frequency = d_real / (2 * w[:, None]) / (2 * np.pi)
-    d_damping = d_imaginary / (2 * real[:, None]) - (zeta / real)[:, None] * d_real
-    return LevelCurve.of(curves, [*np.stack([d_frequency, d_damping], axis=1)])
-
-
-def _derivatives_of_eigenvalue(
-    mode: SensedMode,
-    solved: Array,
-    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]],
-) -> tuple[Array, Array]:
-    """Real and imaginary part by ln(amplitude) and by each parameter, (points, 1 + parameters)."""
-    points, unknowns = solved.shape
-    right = np.zeros((points, unknowns, 1 + len(neighbours)))
-    right[:, -1, 0] = 1.0
-    for n, (low, high, difference) in enumerate(neighbours, start=1):
-        # what is no parameter of the joint changes nothing
-        if not (low.joint is high.joint and low.damping is high.damping):
-            change = mode.residuals(solved, low) - mode.residuals(solved, high)
-            right[:, :-1, n] = change / difference
-    derivatives = np.empty((2, points, 1 + len(neighbours)))
-    for point, y in enumerate(solved):
+        return LevelCurve.of(values, None)
+    right = change_by_parameters(partial(mode.residuals, solved), neighbours, solved)
+    slopes = np.empty((levels.size, 2, right.shape[2]))
+    for slope, y, sides in zip(slopes, solved, right, strict=True):
         factors = mode.factors_at(y)
         if factors is None:
             raise NotReached("the matrix of a mode is singular")
-        derivatives[:, point] = factors.solve(right[point])[-3:-1]
-    return tuple(mode.equations.scale * derivatives)
+        slope[:] = mode.equations.scale * factors.solve(sides)[-3:-1]
+    d_real, d_imaginary = slopes[:, 0], slopes[:, 1]
+    d_frequency = d_real / (2 * w[:, None]) / (2 * np.pi)
+    d_damping = d_imaginary / (2 * real[:, None]) - (zeta / real)[:, None] * d_real
+    return LevelCurve.of(values, np.stack([d_frequency, d_damping], axis=1))

@@ -6,11 +6,13 @@ that a sensor measured.
 
 from collections.abc import Callable, Sequence
 from math import sqrt
-from typing import NamedTuple, Protocol, TypeVar
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
+
+from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 
 Array = NDArray[np.float64]
 
@@ -74,13 +76,33 @@ class LevelCurve(NamedTuple):
     by_parameter: Array
 
     @classmethod
-    def of(cls, values: Sequence[Array], slopes: Sequence[Array]) -> "LevelCurve":
-        """From values of each point, and their derivatives by ln(amplitude) and all parameters."""
-        both = np.array(values)
-        derivatives = np.array(slopes)
-        if not len(slopes):
-            derivatives = np.empty((0, both.shape[1], 1))
-        return cls(both, derivatives[:, :, 0], derivatives[:, :, 1:])
+    def of(cls, values: Array, slopes: Array | None) -> "LevelCurve":
+        """From values of each point, and their derivatives by ln(amplitude) and all parameters.
+
+        Shapes (points, quantities) and (points, quantities, 1 + parameters), None without any.
+        """
+        derivatives = np.empty((0, values.shape[1], 1)) if slopes is None else slopes
+        return cls(values, derivatives[:, :, 0], derivatives[:, :, 1:])
+
+
+class SensedBalance(NamedTuple):
+    """A balance whose motion a sensor measures.
+
+    Attributes
+    ----------
+    balance
+        Of the joint.
+    row
+        Modes at the sensor, shape (linear modes,); None for the modal amplitude.
+    """
+
+    balance: HarmonicBalance
+    row: Array | None
+
+
+#: a balance with a lower and a higher value of a parameter, and the difference of both in its
+#: scale; None where it changes neither joint nor damping
+Neighbours = tuple[SensedBalance, SensedBalance, float] | None
 
 
 class LevelSystem(Protocol):
@@ -191,12 +213,9 @@ def corrected(system: LevelSystem, y: Array, level: float) -> tuple[Array, LUFac
     return None
 
 
-Model = TypeVar("Model")
-
-
 def neighbours_of(
-    model_at: Callable[[Array], Model], scaled: Array, bounds: tuple[Array, Array]
-) -> list[tuple[Model, Model, float]]:
+    model_at: Callable[[Array], SensedBalance], scaled: Array, bounds: tuple[Array, Array]
+) -> list[Neighbours]:
     """A model on both sides of each parameter within its bounds, and the difference of both.
 
     Parameters
@@ -206,12 +225,45 @@ def neighbours_of(
     scaled, bounds
         The parameters, and lowest and highest of each.
     """
-    pairs = []
+    pairs: list[Neighbours] = []
     for n in range(scaled.size):
         step = _STEP * max(abs(scaled[n]), 1.0)
         low, high = scaled.copy(), scaled.copy()
         # beyond its bounds a parameter may mean nothing
         low[n] = max(low[n] - step, min(bounds[0][n], low[n]))
         high[n] = min(high[n] + step, max(bounds[1][n], high[n]))
-        pairs.append((model_at(low), model_at(high), high[n] - low[n]))
+        below, above = model_at(low), model_at(high)
+        is_same = (
+            below.balance.joint is above.balance.joint
+            and below.balance.damping is above.balance.damping
+        )
+        pairs.append(None if is_same else (below, above, high[n] - low[n]))
     return pairs
+
+
+def change_by_parameters(
+    residuals: Callable[[SensedBalance], Array], neighbours: Sequence[Neighbours], unknowns: Array
+) -> Array:
+    """What the equations ask of the unknowns by ln(amplitude) and by each parameter.
+
+    Parameters
+    ----------
+    residuals
+        Residuals of another balance at the unknowns, of the shape of these.
+    neighbours
+        Of each parameter.
+    unknowns
+        Solutions, shape (points, unknowns).
+
+    Returns
+    -------
+    ndarray
+        Right sides of the equations with the Jacobian, (points, unknowns, 1 + parameters).
+    """
+    right = np.zeros((*unknowns.shape, 1 + len(neighbours)))
+    right[:, -1, 0] = 1.0
+    for n, pair in enumerate(neighbours, start=1):
+        if pair is not None:
+            low, high, difference = pair
+            right[:, :, n] = (residuals(low) - residuals(high)) / difference
+    return right

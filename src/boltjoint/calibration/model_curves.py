@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 
 from boltjoint import checks
 from boltjoint.calibration.backbone_points import SensedMode, solve_points
-from boltjoint.calibration.level_path import LevelCurve, neighbours_of
+from boltjoint.calibration.level_path import (
+    LevelCurve,
+    Neighbours,
+    SensedBalance,
+    neighbours_of,
+)
 from boltjoint.calibration.measured_backbone import MODAL, MeasuredBackbone, Measurement
 from boltjoint.calibration.measured_response import MeasuredResponse
 from boltjoint.calibration.mode_pairing import paired_mode
@@ -79,6 +84,8 @@ class ModelCurves:
         low, high = self.space.bounds
         at_bounds = ((low + high) / 2, low, high)
         joint, *others = (self._made(self._values(at, curve))[0] for at in at_bounds)
+        for other in others:
+            _refuse_other_sizes(joint, other)
         known = joint.sensors.by_name
         for sensor in curve.sensors:
             if sensor not in known:
@@ -167,9 +174,9 @@ class ModelCurves:
         curve = self.measured[n]
         joint, damping = joint_at(scaled, curve)
         equations = EPMCEquations(joint, damping, self.resonances[n] or 1)
-        row = None if curve.quantity == MODAL else _row(joint, curve.sensor)
         near = self._neighbours(joint_at, scaled, curve, 0.0) if slopes else ()
-        return solve_points(SensedMode(equations, row, curve.quantity), levels, near)
+        mode = SensedMode(equations, _row(joint, curve), curve.quantity)
+        return solve_points(mode, levels, near)
 
     def _response(
         self, joint_at: JointAt, scaled: Array, n: int, levels: Array, slopes: bool
@@ -177,7 +184,7 @@ class ModelCurves:
         """Logarithm of the excitation, and phase if it is compared, and derivatives."""
         curve = checks.instance("measured", self.measured[n], MeasuredResponse)
         balance = HarmonicBalance(*joint_at(scaled, curve), 1.0)
-        row = _row(balance.joint, curve.sensor)
+        row = _modes_at(balance.joint, curve.sensor)
         near = self._neighbours(joint_at, scaled, curve, 1.0) if slopes else ()
         solved = solve_motions(balance, row, curve.quantity, curve.frequency, levels, near)
         compared = slice(len(curve.quantities))
@@ -185,13 +192,16 @@ class ModelCurves:
 
     def _neighbours(
         self, joint_at: JointAt, scaled: Array, curve: Measurement, force: float
-    ) -> list[tuple[HarmonicBalance, HarmonicBalance, float]]:
-        """Balances on both sides of each parameter, and the difference of both."""
+    ) -> list[Neighbours]:
+        """Balances under a force on both sides of each parameter."""
+        own, _ = joint_at(scaled, curve)
 
-        def balance_at(at: Array) -> HarmonicBalance:
-            return HarmonicBalance(*joint_at(at, curve), force)
+        def sensed_at(at: Array) -> SensedBalance:
+            joint, damping = joint_at(at, curve)
+            _refuse_other_sizes(own, joint)
+            return SensedBalance(HarmonicBalance(joint, damping, force), _row(joint, curve))
 
-        return neighbours_of(balance_at, scaled, self.space.bounds)
+        return neighbours_of(sensed_at, scaled, self.space.bounds)
 
     def _once(self) -> JointAt:
         """The model by parameters in their scales, made once for curves that have it in common.
@@ -234,9 +244,23 @@ class ModelCurves:
         return factor, places
 
 
-def _row(joint: Joint, sensor: str | None) -> Array:
+def _row(joint: Joint, curve: Measurement) -> Array | None:
+    """Modes at the sensor of a curve; None of a modal amplitude."""
+    return None if curve.quantity == MODAL else _modes_at(joint, curve.sensor)
+
+
+def _modes_at(joint: Joint, sensor: str | None) -> Array:
     """Modes at a sensor; at the output point by default."""
     return joint.response_mode if sensor is None else joint.sensors.by_name[sensor]
+
+
+def _refuse_other_sizes(joint: Joint, other: Joint) -> None:
+    """Refuse joints whose motions do not have the same unknowns."""
+    sizes = [(each.natural_frequency.size, *each.law.components) for each in (joint, other)]
+    if sizes[0] != sizes[1]:
+        raise ValueError(
+            "model must return joints of as many modes and harmonics whatever its parameters are"
+        )
 
 
 #: residual, in standard deviations, of a model that refuses its parameters

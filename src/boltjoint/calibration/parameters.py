@@ -13,7 +13,7 @@ from scipy.stats import qmc
 from boltjoint import checks
 from boltjoint.damping import Damping, LossFactor, as_damping
 from boltjoint.friction.element_law import ElementLaw
-from boltjoint.joint.derived import with_values
+from boltjoint.joint.derived import with_elements
 from boltjoint.joint.model import Joint
 
 Array = NDArray[np.float64]
@@ -222,7 +222,7 @@ class JointParameters:
                     f"and of contact points 0 to {self.joint.points - 1} as {allowed[0]}[0]"
                 )
         law = law.with_quantities(changed) if changed else law
-        return with_values(self.joint, law, frequency), damping
+        return with_elements(self.joint, law, frequency), damping
 
     def _is_point(self, place: int | None) -> bool:
         return place is None or place in self.joint.law.point_of_element

@@ -12,11 +12,21 @@ in ``backbone_points``.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from boltjoint.calibration.level_path import LevelCurve, LevelPath, LUFactors, NotReached, corrected
+from boltjoint.calibration.level_path import (
+    LevelCurve,
+    LevelPath,
+    LUFactors,
+    Neighbours,
+    NotReached,
+    SensedBalance,
+    change_by_parameters,
+    corrected,
+)
 from boltjoint.dynamics.balance.compiled_balance import CompiledBalance
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
 from boltjoint.measurement.signals import MOTIONS
@@ -61,7 +71,10 @@ class ForcedBalance:
         return forces / (a * w**2) - self.excitation @ y[-3:-1], forces, stiffness
 
     def residuals(self, y: Array, w: Array) -> Array:
-        """The first of what ``evaluate`` returns, at several unknowns and their frequencies."""
+        """The first of what ``evaluate`` returns, at several unknowns and their frequencies.
+
+        Of y (points, unknowns) and w (points,) [rad/s], shape (points, unknowns - 3).
+        """
         a = np.exp(y[:, -1:])
         motions = a * y[:, :-3]
         if isinstance(self._solved, CompiledBalance):
@@ -175,7 +188,7 @@ def solve_motions(
     quantity: str,
     frequency: Array,
     amplitude: Array,
-    neighbours: Sequence[tuple[HarmonicBalance, HarmonicBalance, float]] = (),
+    neighbours: Sequence[Neighbours] = (),
 ) -> LevelCurve:
     """Logarithm of the excitation of measured motions and phase of these from it [rad].
 
@@ -188,8 +201,7 @@ def solve_motions(
     amplitude
         Of the sensor [SI unit of its quantity], (points,).
     neighbours
-        By parameter the balance with a lower and a higher value, and the difference of both in the
-        scale of the parameter.
+        Of each parameter, of balances under an excitation of level 1.
 
     Raises
     ------
@@ -198,24 +210,38 @@ def solve_motions(
     """
     forced, w, y = ForcedBalance(balance), 2 * np.pi * frequency, None
     motions = [SensedMotion(forced, row, quantity, each) for each in w.tolist()]
-    solved, values, slopes = [], [], []
+    solved = []
     for motion, a in zip(motions, amplitude, strict=True):
         y = _solved(motion, motion.level(a), y)
         solved.append(y)
-        values.append(motion.excitation(y)[0])
-    if neighbours:
-        unknowns = np.array(solved)
-        right = np.zeros((*unknowns.shape, 1 + len(neighbours)))
-        right[:, -1, 0] = 1.0
-        for n, (low, high, difference) in enumerate(neighbours, start=1):
-            # what is no parameter of the joint changes nothing
-            if not (low.joint is high.joint and low.damping is high.damping):
-                below, above = (ForcedBalance(side).residuals(unknowns, w) for side in (low, high))
-                right[:, :-3, n] = (below - above) / difference
-        for motion, y, sides in zip(motions, unknowns, right, strict=True):
-            by_unknown = motion.excitation(y)[1]
-            slopes.append(by_unknown @ _factors_at(motion, y).solve(sides)[-3:])
-    return LevelCurve.of(values, slopes)
+    excitations = [motion.excitation(y) for motion, y in zip(motions, solved, strict=True)]
+    values = np.array([value for value, _ in excitations])
+    if not neighbours:
+        return LevelCurve.of(values, None)
+    unknowns = np.array(solved)
+    right = change_by_parameters(partial(_residuals, motions, unknowns), neighbours, unknowns)
+    slopes = [
+        by_unknown @ _factors_at(motion, y).solve(sides)[-3:]
+        for motion, y, sides, (_, by_unknown) in zip(
+            motions, unknowns, right, excitations, strict=True
+        )
+    ]
+    return LevelCurve.of(values, np.array(slopes))
+
+
+def _residuals(motions: Sequence[SensedMotion], unknowns: Array, other: SensedBalance) -> Array:
+    """Residuals of another balance and its sensor at amplitude 1, (points, unknowns)."""
+    w, row = np.array([motion.w for motion in motions]), other.row
+    assert row is not None  # a response has a sensor
+    residuals = np.empty_like(unknowns)
+    residuals[:, :-3] = ForcedBalance(other.balance).residuals(unknowns, w)
+    components = other.balance.components
+    by_component = unknowns[:, :-3].reshape(len(unknowns), len(components), -1) @ row
+    length = np.linalg.norm(row)
+    residuals[:, -3] = by_component[:, components.sin()] - length
+    residuals[:, -2] = by_component[:, components.cos()]
+    residuals[:, -1] = unknowns[:, -1] + np.log(length)
+    return residuals
 
 
 def _solved(motion: SensedMotion, level: float, near: Array | None) -> Array:

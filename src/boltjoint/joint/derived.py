@@ -27,7 +27,7 @@ from boltjoint.joint.model import Joint
 Array = NDArray[np.float64]
 
 
-def with_values(joint: Joint, law: FrictionLaw, natural_frequency: Array) -> Joint:
+def with_elements(joint: Joint, law: FrictionLaw, natural_frequency: Array) -> Joint:
     """The same joint with other values of its elements and of its structure.
 
     Fits make thousands of them: what stays is not checked again.
@@ -44,13 +44,17 @@ def with_values(joint: Joint, law: FrictionLaw, natural_frequency: Array) -> Joi
     Raises
     ------
     ValueError
-        If a natural frequency is negative or not finite, or there are not as many.
+        If a natural frequency is negative or not finite, there are not as many, or the elements are
+        on other points.
     """
+    checks.instance("law", law, type(joint.law))
+    if not np.array_equal(law.point_of_element, joint.law.point_of_element):
+        raise ValueError("law: its elements must be on the points of those of the joint")
     size = joint.natural_frequency.shape
     frequency = checks.array("natural_frequency", natural_frequency, size, at_least=0)
     values = {entry.name: getattr(joint, entry.name) for entry in fields(joint)}
     values |= {"law": law, "natural_frequency": frequency}
-    updated = object.__new__(Joint)
+    updated = object.__new__(type(joint))
     vars(updated).update(values, contact=replace(joint.contact, law=law))
     return updated
 

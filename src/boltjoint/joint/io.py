@@ -102,7 +102,8 @@ def joint_to_dataset(
     Raises
     ------
     ValueError
-        If friction is evaluated by AFT: files hold the law itself.
+        If friction is evaluated by AFT: files hold the law itself; or if the fit has a variable or
+        attribute of the joint with another value.
     """
     law = checks.instance("joint", joint, Joint).contact.element_law
     between = joint.resonance_range()

@@ -248,6 +248,12 @@ class Contents(Responses):
             files.append([_swept_joint(*of_variant, joint).path for joint in joints])
         return files
 
+    def bases_of_weights(self, name: str) -> list[Basis]:
+        """Of each joint whose weights are made for a sweep: for its designs, or for its check."""
+        joints = dict.fromkeys(_joints_of_sweep(self.study, name))
+        weighted = (each for each in joints if each.kind == "weighted_joint")
+        return [each.basis for each in weighted if each.basis is not None]
+
     def chunks(self, sweep: str) -> int:
         """Number of jobs that solve the designs of a sweep."""
         return -(-self.study.swept[sweep].number // self.study.sweeps[sweep].designs_per_job)

@@ -27,7 +27,7 @@ from boltjoint.config.varied_case import with_values
 from boltjoint.config.varied_keys import path_of, value_at
 from boltjoint.damping import Damping, LossFactor
 from boltjoint.friction.element_law import ElementLaw
-from boltjoint.joint.derived import rescale_contact
+from boltjoint.joint.derived import rescale_contact, with_elements
 from boltjoint.joint.model import Joint
 from boltjoint.joint.node_to_node import connect_pairs
 from boltjoint.measurement.signals import UNITS
@@ -114,8 +114,7 @@ class CalibratedJoint:
         joint = rescale_contact(tightened, law, before, after, preload)
         elements = _with_regions(joint, of_regions)
         frequency = ratio * joint.natural_frequency
-        joint = replace(joint, law=elements, natural_frequency=frequency)
-        return joint, case.structural_damping
+        return with_elements(joint, elements, frequency), case.structural_damping
 
 
 def _with_regions(joint: Joint, ratios: Mapping[str, float]) -> ElementLaw:

@@ -56,19 +56,19 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
 class SweepError(NamedTuple):
     """How far the peaks of a sweep are off, relative, and how many designs tell it.
 
-    ``regression`` is what of the error in amplitude is that of peaks which are predicted from
-    others, 0 without any; ``model`` the rest, of the checked designs.
+    ``regression`` is the factor less one by which peaks that are predicted from others add to the
+    error in amplitude where this is largest; None where none are. ``model`` is the error without.
     """
 
     frequency: float
     amplitude: float
     designs: int
-    regression: float
+    regression: float | None
 
     @property
     def model(self) -> float:
-        """The error in amplitude without that of the regression."""
-        return (1 + self.amplitude) / (1 + self.regression) - 1
+        """The error in amplitude of the checked designs alone."""
+        return (1 + self.amplitude) / (1 + (self.regression or 0.0)) - 1
 
 
 def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
@@ -83,10 +83,10 @@ def error_of_sweep(sweep: xr.Dataset) -> SweepError | None:
     if errors is None or not np.isfinite([*errors.values()]).all():
         return None
     frequency, amplitude = (max(errors[what]) for what in QUANTITIES)
-    regression = 0.0
+    regression = None
     if (name := "peak_amplitude_regression_error") in sweep:
-        of_levels = np.nan_to_num(np.ravel(sweep[name].to_numpy()))
-        regression = float(of_levels[errors["amplitude"].index(amplitude)])
+        of_level = float(np.ravel(sweep[name])[errors["amplitude"].index(amplitude)])
+        regression = of_level if np.isfinite(of_level) else None
     return SweepError(frequency, amplitude, int(np.min(sweep["checked_designs"])), regression)
 
 

@@ -1,8 +1,8 @@
 """Memory and time of the jobs on the finite elements of an assembly.
 
-As those of other jobs (``memory_and_time_of_jobs``), from the sizes in the configuration alone. The
-constants are fitted to peaks of memory measured on one machine (``benchmarks/memory.py``; four_bolt
-took no part in it):
+Like those of other jobs (``memory_and_time_of_jobs``) they follow from the sizes in the
+configuration alone. The constants are fitted to peaks of memory measured on one machine
+(``benchmarks/memory.py``; four_bolt took no part in it):
 
 ==============  =====  ===================  ==================  ===================
 GiB measured,   nodes  tightening of the    free-4              vectors of enriched
@@ -66,8 +66,8 @@ def of_assembly(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     whole = 1 if assembly.has_mirror_images else 2
     size = assembly.size
     nodes, pairs = (min(whole * factor, COUNTLESS) for factor in (size.nodes, size.pairs))
-    vector, square, fill = NUMBER * 3 * nodes, nodes**2, nodes ** (4 / 3)
-    factors = _FACTORS_FREE * fill
+    vector, square = NUMBER * 3 * nodes, nodes**2
+    factors = _FACTORS_FREE * nodes ** (4 / 3)
     preloads = {factor.preload_N for factor in contents.select("preload", assembly=name)}
     modes = contents.select("modes", form="data", assembly=name)
     bases = {factor.basis for factor in modes if factor.basis is not None}

@@ -63,8 +63,8 @@ _WITHOUT_BARS, _OF_PEAKS = 0.2, 0.3
 _PER_REGRESSION = 60.0 / 300**3
 #: of the joints of a variant: node to node, divided and reduced [s]
 _PER_JOINT = 12.0
-#: of the weights of a joint for the designs of a sweep, which takes the peaks of nine [s]
-_PER_WEIGHTS = 30.0
+#: of weights of pairs for the base case and eight designs, of each pair in each vector [s]
+_PER_WEIGHTS = 5.5e-4
 #: of a design at an amplitude of the grid of backbones [s]
 _PER_AMPLITUDE = 1e-3
 #: solutions of a response with steps of the default length, and what holds them, over themselves
@@ -234,9 +234,6 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     for case_name, joint in joints:
         if joint.is_fitted:
             yield _of_fit(study, case_name, joint)
-    weighted = {each for each in joints if each[1].pairs is not None}
-    if sweep.check is not None and sweep.check.joint.pairs is not None:
-        weighted |= {(variant.case_name, sweep.check.joint) for variant in variants}
     case = study.case(sweep.case)
     levels = 1 if LEVEL_KEYS & set(sweep.vary) else len(sweep.levels or case.levels)
     elements = max(_elements(variant.joint, variant.assembly.contact_pairs) for variant in variants)
@@ -265,9 +262,13 @@ def _of_sweep(contents: Contents, name: str) -> Iterator[EstimatedJob]:
     does = f"to solve designs of {name}"
     jobs = contents.chunks(name)
     yield EstimatedJob("designs", name, memory, designs * seconds, key, does, parts=jobs)
-    if weighted:
-        seconds, does = _PER_WEIGHTS * len(weighted), f"to weigh contact pairs for {name}"
-        yield EstimatedJob("weights", name, memory, seconds, key, does, parts=len(weighted))
+    pairs = max(variant.assembly.contact_pairs for variant in variants)
+    for basis in contents.bases_of_weights(name):
+        # whatever their number, they are found among all pairs
+        memory = _SOLVER + NUMBER * pairs**2 + _PER_ROW * designs
+        seconds = _PER_WEIGHTS * pairs * _vectors(study, basis)
+        does = f"to weigh contact pairs for {name}"
+        yield EstimatedJob("weights", name, memory, seconds, key, does, part=str(basis))
     memory = PROCESS + 3 * designs * stored + _PER_ROW * designs
     solved = [min(number, designs) for number in (sweep.designs_by_harmonics or {}).values()]
     seconds = levels * _PER_REGRESSION * sum(number**3 for number in solved)

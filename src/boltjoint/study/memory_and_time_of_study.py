@@ -81,14 +81,7 @@ def estimate(study: Study) -> Estimate:
         designs=sum(study.designs.values()),
         meshes=len({variant.assembly_name for variant in variants}),
         tightenings=len({(variant.assembly_name, variant.case.preload) for variant in variants}),
-        joints=len(
-            {
-                # weights of pairs are made for a sweep
-                (variant.case_name, variant.joint, name if variant.joint.pairs is not None else "")
-                for name in study.swept
-                for variant in study.possible_variants(name)
-            }
-        ),
+        joints=len({files[-1] for name in study.swept for files in contents.joints_of_sweep(name)}),
     )
 
 

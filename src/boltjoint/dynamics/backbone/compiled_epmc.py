@@ -138,14 +138,14 @@ class CompiledMode:
 
     @classmethod
     def of(cls, balance: HarmonicBalance, scale: float) -> "CompiledMode | None":
-        """Those of a mode over their scale; None where its law has no kernel."""
+        """Those of a balance without excitation, over a scale; None where its law has no kernel."""
         arrays = balance_arrays(balance, float(scale))
         return None if arrays is None else cls(arrays)
 
     def residuals(self, unknowns: Array) -> Array:
-        """Residual at each of several unknowns and logarithms of the amplitude.
+        """Residuals at several motions, (motions, unknowns).
 
-        These are the last of each row, (motions, unknowns + 1).
+        Each row of theirs is an unknown and ln(amplitude), (motions, unknowns + 1).
         """
         residuals = np.empty((len(unknowns), unknowns.shape[1] - 1))
         _evaluate_each(self._arrays, unknowns, residuals)

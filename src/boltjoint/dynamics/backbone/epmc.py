@@ -111,7 +111,10 @@ class EPMCEquations(Equations):
         self._last: _Unexcited | None = None
 
     def with_balance(self, balance: HarmonicBalance) -> "EPMCEquations":
-        """The same equations, in the same scales, of a balance of as many modes and harmonics."""
+        """The same equations, in the same scale, of another balance.
+
+        It is without excitation, and of as many modes and harmonics.
+        """
         other = copy(self)
         other.balance, other._last = balance, None
         _, _, other._power, other._varying = balance.linear_part()

@@ -336,7 +336,7 @@ class CompiledBalance:
         return None if arrays is None else cls(arrays)
 
     def residuals(self, x: Array, w: Array) -> Array:
-        """Residual at each of several motions (motions, unknowns) and their frequencies."""
+        """Residuals at x (motions, unknowns) and w (motions,) [rad/s], of the shape of x."""
         residuals = np.empty_like(x)
         _evaluate_each(self._arrays, x, w, residuals)
         return residuals
