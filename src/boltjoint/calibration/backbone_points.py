@@ -109,16 +109,10 @@ class SensedMode:
 
         Both of shape (points, unknowns), with ln a last; the balance is without excitation.
         """
-        residuals = np.empty_like(unknowns)
-        residuals[:, -1] = self._log_size(unknowns, other.row)
         compiled = CompiledMode.of(other.balance, self.equations.scale)
-        if compiled is not None:
-            residuals[:, :-1] = compiled.residuals(unknowns)
-        else:
-            equations = self.equations.with_balance(other.balance)
-            for residual, y in zip(residuals, unknowns, strict=True):
-                residual[:-1] = equations.evaluate(y[:-1], y[-1])[0]
-        return residuals
+        equations = compiled or self.equations.with_balance(other.balance)
+        sizes = self._log_size(unknowns, other.row)
+        return np.column_stack([equations.residuals(unknowns), sizes])
 
     @cached_property
     def _compiled(self) -> CompiledMode | None:

@@ -214,14 +214,14 @@ def corrected(system: LevelSystem, y: Array, level: float) -> tuple[Array, LUFac
 
 
 def neighbours_of(
-    model_at: Callable[[Array], SensedBalance], scaled: Array, bounds: tuple[Array, Array]
+    balance_at: Callable[[Array], SensedBalance], scaled: Array, bounds: tuple[Array, Array]
 ) -> list[Neighbours]:
-    """A model on both sides of each parameter within its bounds, and the difference of both.
+    """A balance on both sides of each parameter within its bounds, and the difference of both.
 
     Parameters
     ----------
-    model_at
-        The model by parameters in their scales.
+    balance_at
+        The balance by parameters in their scales.
     scaled, bounds
         The parameters, and lowest and highest of each.
     """
@@ -232,7 +232,7 @@ def neighbours_of(
         # beyond its bounds a parameter may mean nothing
         low[n] = max(low[n] - step, min(bounds[0][n], low[n]))
         high[n] = min(high[n] + step, max(bounds[1][n], high[n]))
-        below, above = model_at(low), model_at(high)
+        below, above = balance_at(low), balance_at(high)
         is_same = (
             below.balance.joint is above.balance.joint
             and below.balance.damping is above.balance.damping

@@ -29,6 +29,7 @@ from boltjoint.calibration.level_path import (
 )
 from boltjoint.dynamics.balance.compiled_balance import CompiledBalance
 from boltjoint.dynamics.balance.harmonic_balance import HarmonicBalance
+from boltjoint.harmonics import Components
 from boltjoint.measurement.signals import MOTIONS
 from boltjoint.solvers.equations import LazyJacobian
 
@@ -67,8 +68,7 @@ class ForcedBalance:
         """
         a = np.exp(y[-1])
         excited, stiffness = self._solved.residual_and_jacobian(a * y[:-3], w)
-        forces = excited + self.balance.modal_force
-        return forces / (a * w**2) - self.excitation @ y[-3:-1], forces, stiffness
+        return *self._residual(excited, y, a * w**2), stiffness
 
     def residuals(self, y: Array, w: Array) -> Array:
         """The first of what ``evaluate`` returns, at several unknowns and their frequencies.
@@ -81,8 +81,12 @@ class ForcedBalance:
             excited = self._solved.residuals(motions, w)
         else:
             excited = np.array([self.balance.residual(*at) for at in zip(motions, w, strict=True)])
+        return self._residual(excited, y, a * w[:, None] ** 2)[0]
+
+    def _residual(self, excited: Array, y: Array, scale: Array | float) -> tuple[Array, Array]:
+        """What ``evaluate`` returns first, and forces, of balances at some unknowns."""
         forces = excited + self.balance.modal_force
-        return forces / (a * w[:, None] ** 2) - y[:, -3:-1] @ self.excitation.T
+        return forces / scale - y[..., -3:-1] @ self.excitation.T, forces
 
 
 class SensedMotion:
@@ -105,6 +109,7 @@ class SensedMotion:
     def __init__(self, forced: ForcedBalance, row: Array, quantity: str, w: float) -> None:
         self.w = w
         self._forced, self._row, self._order = forced, row, MOTIONS[quantity]
+        self._components = forced.balance.components
         self._length = float(np.linalg.norm(row))
         #: what the excitation has to balance where the residual was evaluated last, and derivative
         self._forces = np.zeros(0)
@@ -123,7 +128,7 @@ class SensedMotion:
             If the excitation does not move the sensor.
         """
         response = self._forced.balance.stuck_solution(self.w)
-        s, c = (part @ self._row for part in self._parts(response))
+        s, c = _at_sensor(self._components, response, self._row)
         square = s * s + c * c
         if square <= 0:
             raise NotReached("the excitation does not move the sensor")
@@ -136,8 +141,8 @@ class SensedMotion:
         """Residual at an unknown; the last entry is that of the level."""
         residual = np.empty(y.size)
         residual[:-3], self._forces, self._stiffness = self._forced.evaluate(y, self.w)
-        s, c = self._parts(y[:-3])
-        residual[-3:] = s @ self._row - self._length, c @ self._row, y[-1] - level
+        s, c = _at_sensor(self._components, y[:-3], self._row)
+        residual[-3:] = s - self._length, c, y[-1] - level
         return residual
 
     def factors(self, y: Array) -> LUFactors | None:
@@ -148,8 +153,9 @@ class SensedMotion:
         matrix[:n, :n] = stiffness / self.w**2
         matrix[:n, n : n + 2] = -self._forced.excitation
         matrix[:n, -1] = (stiffness @ phi - self._forces / a) / self.w**2
-        for place, part in zip((n, n + 1), self._parts(np.arange(n)), strict=True):
-            matrix[place, part] = self._row
+        places = self._components.rows(np.arange(n))
+        matrix[n, places[self._components.sin()]] = self._row
+        matrix[n + 1, places[self._components.cos()]] = self._row
         matrix[-1, -1] = 1.0
         return LUFactors.of(matrix)
 
@@ -174,12 +180,6 @@ class SensedMotion:
         by_size = [real / square, imaginary / square, 1.0]
         by_phase = [imaginary / square, -real / square, 0.0]
         return np.array([size, phase]), np.array([by_size, by_phase])
-
-    def _parts(self, x: NDArray) -> tuple[NDArray, NDArray]:
-        """Sine and cosine of the first harmonic in a vector of all components."""
-        components = self._forced.balance.components
-        rows = components.rows(x)
-        return rows[components.sin()], rows[components.cos()]
 
 
 def solve_motions(
@@ -235,13 +235,16 @@ def _residuals(motions: Sequence[SensedMotion], unknowns: Array, other: SensedBa
     assert row is not None  # a response has a sensor
     residuals = np.empty_like(unknowns)
     residuals[:, :-3] = ForcedBalance(other.balance).residuals(unknowns, w)
-    components = other.balance.components
-    by_component = unknowns[:, :-3].reshape(len(unknowns), len(components), -1) @ row
+    s, c = _at_sensor(other.balance.components, unknowns[:, :-3], row)
     length = np.linalg.norm(row)
-    residuals[:, -3] = by_component[:, components.sin()] - length
-    residuals[:, -2] = by_component[:, components.cos()]
-    residuals[:, -1] = unknowns[:, -1] + np.log(length)
+    residuals[:, -3:] = np.column_stack([s - length, c, unknowns[:, -1] + np.log(length)])
     return residuals
+
+
+def _at_sensor(components: Components, x: Array, row: Array) -> tuple[Array, Array]:
+    """Sine and cosine of a sensor in motions x (..., unknowns)."""
+    moved = x.reshape(*x.shape[:-1], len(components), -1) @ row
+    return moved[..., components.sin()], moved[..., components.cos()]
 
 
 def _solved(motion: SensedMotion, level: float, near: Array | None) -> Array:

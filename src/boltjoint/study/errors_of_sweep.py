@@ -56,8 +56,8 @@ def errors_of_check(solved: xr.Dataset, check: xr.Dataset) -> xr.Dataset:
 class SweepError(NamedTuple):
     """How far the peaks of a sweep are off, relative, and how many designs tell it.
 
-    ``regression`` is the factor less one by which peaks that are predicted from others add to the
-    error in amplitude where this is largest; None where none are. ``model`` is the error without.
+    ``regression`` is the error in amplitude of peaks that are predicted from others, at the level
+    where the whole error is largest; None where none are predicted.
     """
 
     frequency: float
@@ -67,7 +67,7 @@ class SweepError(NamedTuple):
 
     @property
     def model(self) -> float:
-        """The error in amplitude of the checked designs alone."""
+        """The error in amplitude of the checked designs alone, there; both multiply."""
         return (1 + self.amplitude) / (1 + (self.regression or 0.0)) - 1
 
 

@@ -143,10 +143,7 @@ class CompiledMode:
         return None if arrays is None else cls(arrays)
 
     def residuals(self, unknowns: Array) -> Array:
-        """Residuals at several motions, (motions, unknowns).
-
-        Each row of theirs is an unknown and ln(amplitude), (motions, unknowns + 1).
-        """
+        """As of ``EPMCEquations``."""
         residuals = np.empty((len(unknowns), unknowns.shape[1] - 1))
         _evaluate_each(self._arrays, unknowns, residuals)
         return residuals

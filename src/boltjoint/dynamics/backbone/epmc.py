@@ -159,6 +159,13 @@ class EPMCEquations(Equations):
             residual[:-2] += self._varying_damping(x[-2]) @ mode
         return residual, lambda: self._jacobian(x, a, unexcited.jacobian())
 
+    def residuals(self, unknowns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Residuals at several motions, (motions, unknowns).
+
+        Each row of theirs is an unknown and ln(amplitude), (motions, unknowns + 1).
+        """
+        return np.array([self.evaluate(y[:-1], y[-1])[0] for y in unknowns])
+
     def _unexcited(self, x: NDArray[np.float64], w: float) -> _Unexcited:
         """The balance at x, kept for the derivative by the parameter that follows the residual."""
         last = self._last
